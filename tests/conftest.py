@@ -4,11 +4,10 @@ Property tests have no deadline, and on a server they draw the same examples eve
 process, because shape checks do not slow it there. A module that uses a script names it: `SCRIPT`.
 """
 
+import gc
 import json
 import os
-import subprocess
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
-from tests import seeds, shared, times
+from tests import preloaded, seeds, shared, times
 from tests.shared import Prepare
 
 # The first call compiles a kernel, which takes longer than a deadline for later calls would allow.
@@ -36,6 +35,17 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(times, "times")
     if QUICK in config.option.markexpr:
         settings.load_profile("quick")
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without garbage collections, and keep the collected tests, a million objects, out of later ones."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -69,11 +79,9 @@ Verdicts = dict[str, dict[str, Any]]
 
 
 def verdicts(request: pytest.FixtureRequest, which: str) -> Verdicts:
-    script = request.path.with_name(request.module.SCRIPT)
+    path = request.path.with_name(request.module.SCRIPT)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(BENCHMARKS), os.environ.get("PYTHONPATH", "")])}
-    command = [sys.executable, str(script), which]
-    run = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
-    return json.loads(run.stdout.splitlines()[-1])
+    return json.loads(preloaded.script(path, which, environment=environment).stdout.splitlines()[-1])
 
 
 @pytest.fixture(scope="module")

@@ -69,6 +69,8 @@ def run(request: dict[str, Any]) -> NoReturn:
     os.environ.update(request["environment"])
     if asked := os.environ.get("PYTHONWARNINGS"):
         warnings._processoptions(asked.split(","))  # type: ignore[attr-defined]  # As Python does at its start.
+    # As Python does at its start.
+    sys.path[1:1] = [one for one in os.environ.get("PYTHONPATH", "").split(os.pathsep) if one and one not in sys.path]
     os.chdir(request["folder"])
     code = status_of(request["target"], request["words"])
     threading._shutdown()  # type: ignore[attr-defined]  # Wait for its threads, as Python does at its end.

@@ -5,6 +5,7 @@ No module imports a `__main__`, so such a file cannot close a cycle and is left 
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -40,6 +41,7 @@ def imported(module: Name) -> Iterator[Name]:
         yield from (folder for name in found if (folder := folder_of(name)) is not None)
 
 
+@cache
 def import_graph() -> dict[Name, set[Name]]:
     """Return the folders that each folder imports from."""
     graph: dict[Name, set[Name]] = {}

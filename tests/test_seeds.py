@@ -1,5 +1,6 @@
 """A run without long tests keeps the first seed of each sweep with every other parameter, and no further seed."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -29,7 +30,8 @@ def collected(folder: Path, *words: str) -> set[str]:
     (folder / "test_sweep.py").write_text(SWEEP, encoding="utf-8")
     (folder / "conftest.py").write_text(CONFTEST, encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--rootdir={folder}", "-q", "--collect-only"]
-    done = subprocess.run([*command, str(folder), *words], capture_output=True, text=True, check=True)
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    done = subprocess.run([*command, str(folder), *words], capture_output=True, text=True, check=True, env=environment)
     return {line.partition("::")[2] for line in done.stdout.splitlines() if "::" in line}
 
 

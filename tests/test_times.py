@@ -1,5 +1,6 @@
 """The end of a test run says where its time went."""
 
+import os
 import subprocess
 import sys
 from collections import Counter
@@ -28,8 +29,10 @@ def test_busy_child():
 
 def run(folder: Path, *words: str) -> list[str]:
     (folder / "test_busy.py").write_text(BUSY, encoding="utf-8")
-    command = [sys.executable, "-m", "pytest", "-p", "tests.times", "-p", "no:cacheprovider", f"--rootdir={folder}"]
-    done = subprocess.run([*command, str(folder), *words], capture_output=True, text=True, check=True)
+    plugins = [word for name in ("xdist", "tests.times", "no:cacheprovider") for word in ("-p", name)]
+    command = [sys.executable, "-m", "pytest", *plugins, f"--rootdir={folder}", str(folder), *words]
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     return done.stdout.splitlines()
 
 

@@ -4,6 +4,7 @@ import ast
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import exograv
@@ -13,7 +14,6 @@ MODULES = {
     ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"): path
     for path in PACKAGE.rglob("*.py")
 }
-TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
 UNTYPED = "dict[str, Any]"
 
 EXCEPTIONS = frozenset({"results.JsonObject"})
@@ -25,6 +25,12 @@ Symbol = tuple[str, str]
 Definition = ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef | ast.Assign | ast.AnnAssign
 
 
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Syntax tree of each module."""
+    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+
+
 def room_of(module: str) -> str:
     """First folder or file below the package."""
     return f"{module}.".split(".")[1]
@@ -34,7 +40,7 @@ def imports_of(module: str) -> dict[str, Symbol]:
     """Source and name of everything that a module imports from the package, at its top or later."""
     found: dict[str, Symbol] = {}
     package = module.split(".") if MODULES[module].stem == "__init__" else module.split(".")[:-1]
-    for node in ast.walk(TREES[module]):
+    for node in ast.walk(trees()[module]):
         if isinstance(node, ast.ImportFrom):
             above = package[: len(package) + 1 - node.level] if node.level else []
             source = ".".join((*above, *((node.module,) if node.module else ())))
@@ -45,7 +51,7 @@ def imports_of(module: str) -> dict[str, Symbol]:
 def definitions_of(module: str) -> dict[str, Definition]:
     """Classes, functions and assignments at the top of a module."""
     found: dict[str, Definition] = {}
-    for node in TREES[module].body:
+    for node in trees()[module].body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             found[node.name] = node
         elif isinstance(node, ast.Assign | ast.AnnAssign):
@@ -54,39 +60,44 @@ def definitions_of(module: str) -> dict[str, Definition]:
     return found
 
 
-IMPORTS = {module: imports_of(module) for module in MODULES}
-DEFINITIONS = {module: definitions_of(module) for module in MODULES}
+@cache
+def imports() -> dict[str, dict[str, Symbol]]:
+    return {module: imports_of(module) for module in MODULES}
+
+
+@cache
+def definitions() -> dict[str, dict[str, Definition]]:
+    return {module: definitions_of(module) for module in MODULES}
 
 
 def resolved(module: str, name: str) -> Symbol | None:
     """Place where a name that a module uses is defined, through the modules that pass it on."""
-    while name not in DEFINITIONS.get(module, {}):
-        if name not in IMPORTS.get(module, {}):
+    while name not in definitions().get(module, {}):
+        if name not in imports().get(module, {}):
             return None
-        module, name = IMPORTS[module][name]
+        module, name = imports()[module][name]
     return module, name
 
 
+@cache
 def attributes_by_room() -> dict[str, set[str]]:
     """Names that each room reads as an attribute of something."""
     found: dict[str, set[str]] = defaultdict(set)
-    for module, tree in TREES.items():
+    for module, tree in trees().items():
         found[room_of(module)] |= {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
     return found
 
 
-ATTRIBUTES = attributes_by_room()
-
-
 def used_elsewhere() -> Iterator[tuple[Symbol, str]]:
     """List each definition with a room other than its own that imports it, or reads it from an imported module."""
-    for module, imported in IMPORTS.items():
+    for module, imported in imports().items():
         for source, name in imported.values():
             if (symbol := resolved(source, name)) is not None:
                 yield symbol, room_of(module)
-            elif (inner := f"{source}.{name}") in DEFINITIONS:
+            elif (inner := f"{source}.{name}") in definitions():
                 yield from (
-                    ((inner, one), room_of(module)) for one in ATTRIBUTES[room_of(module)] & {*DEFINITIONS[inner]}
+                    ((inner, one), room_of(module))
+                    for one in attributes_by_room()[room_of(module)] & {*definitions()[inner]}
                 )
 
 
@@ -107,10 +118,11 @@ def members(node: ast.ClassDef, room: str) -> Iterator[tuple[str, ast.AST]]:
         if isinstance(one, ast.AnnAssign):
             name = one.target.attr if isinstance(one.target, ast.Attribute) else getattr(one.target, "id", None)
         is_own = one in node.body or (isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Attribute))
-        if is_own and name and not name.startswith("_") and name in ATTRIBUTES[room]:
+        if is_own and name and not name.startswith("_") and name in attributes_by_room()[room]:
             yield name, one
 
 
+@cache
 def untyped() -> dict[str, set[str]]:
     """Names with an untyped signature, each with the rooms that use it.
 
@@ -123,7 +135,7 @@ def untyped() -> dict[str, set[str]]:
         if use in seen:
             continue
         seen.add(use)
-        node = DEFINITIONS[module][name]
+        node = definitions()[module][name]
         parts = [(f"{name}.{one}", part) for one, part in members(node, room)] if isinstance(node, ast.ClassDef) else []
         for label, part in parts or [(name, node)]:
             types = signature(part)

@@ -2,6 +2,7 @@
 
 import time
 
+import pytest
 from tests.console.serving import Served
 from tests.waiting import wait_until
 
@@ -72,6 +73,7 @@ def test_a_touch_is_sent_again_only_when_its_acknowledgement_is_overdue(visit: V
     assert participant.page.evaluate(OF_SENDING) == [[1], [2], [], [1], [], [2]]
 
 
+@pytest.mark.long
 def test_a_browser_that_is_closed_in_a_window_stops_nothing_and_may_come_back(house: Served, visit: Visit):
     operator, participant = in_task(visit)
     participant.page.touchscreen.tap(645.0, 400.0)
@@ -108,6 +110,7 @@ def test_a_palm_and_a_second_finger_are_kept_with_their_reason(house: Served, vi
     assert participant.page.evaluate("crossOriginIsolated")
 
 
+@pytest.mark.long
 def test_an_operator_who_is_cut_off_comes_back_and_steers(house: Served, visit: Visit):
     operator, _ = in_task(visit)
     first = house.hub.lease.holder

@@ -21,22 +21,23 @@ from .conftest import Visit
 from .of_browser import Visitor, misfits_of, take_arm
 
 LANGUAGES = ("en", "de")
+IN_BOTH = pytest.mark.parametrize("language", ["en", pytest.param("de", marks=pytest.mark.long)])
 WORDS = {name: json.loads((PAGES / "words" / f"{name}.json").read_text(encoding="utf-8")) for name in LANGUAGES}
 
 
-def test_every_page_shows_in_both_languages_that_the_machine_is_simulated(house: Served, visit: Visit):
-    for language in LANGUAGES:
-        visitor = visit(Role.PARTICIPANT, language)
-        for path in ("participant/", *(f"participant/{name}" for name in MORE_OF_PARTICIPANT), ""):
-            visitor.page.goto(f"{house.hub.origin}/{path}")
-            visitor.page.locator("#simulated", has_text=WORDS[language]["simulated.banner"]).wait_for()
-        for role in (Role.OPERATOR, Role.VIEWER, Role.THERAPIST):
-            page = visit(role, language).page
-            page.locator("#simulated", has_text=WORDS[language]["simulated.banner"]).wait_for()
-            page.close()  # Open pages draw plots all the time.
+@IN_BOTH
+def test_every_page_shows_in_both_languages_that_the_machine_is_simulated(house: Served, visit: Visit, language: str):
+    visitor = visit(Role.PARTICIPANT, language)
+    for path in ("participant/", *(f"participant/{name}" for name in MORE_OF_PARTICIPANT), ""):
+        visitor.page.goto(f"{house.hub.origin}/{path}")
+        visitor.page.locator("#simulated", has_text=WORDS[language]["simulated.banner"]).wait_for()
+    for role in (Role.OPERATOR, Role.VIEWER, Role.THERAPIST):
+        page = visit(role, language).page
+        page.locator("#simulated", has_text=WORDS[language]["simulated.banner"]).wait_for()
+        page.close()  # Open pages draw plots all the time.
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@IN_BOTH
 def test_nothing_is_wider_than_its_page_or_too_small_for_a_finger(house: Served, visit: Visit, language: str):
     misfits = dict[str, list[str]]()
     for role in Role:
@@ -55,7 +56,7 @@ def joint_name(language: str) -> str:
     return {"en": "elbow flexion", "de": "Ellbogen: Beugung"}[language]
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@IN_BOTH
 @pytest.mark.parametrize("role", [Role.OPERATOR, Role.THERAPIST])
 def test_a_calibration_shows_phase_joint_bar_remaining_time_and_reason(
     house: Served, visit: Visit, role: Role, language: str
@@ -95,6 +96,7 @@ def test_a_browser_that_was_too_slow_is_named_to_the_operator_and_to_the_partici
     participant.page.locator("#notice").wait_for(state="hidden")
 
 
+@pytest.mark.long
 def test_the_page_that_lost_the_lease_is_told_who_took_over(
     house: Served, visit: Visit, monkeypatch: pytest.MonkeyPatch
 ):
@@ -170,6 +172,7 @@ def test_a_line_lost_while_the_picture_of_the_machine_is_fetched_is_no_error(hou
     page.wait_for_timeout(300)  # An error of the page fails the test when it closes.
 
 
+@pytest.mark.long
 def test_a_server_that_is_killed_leaves_no_old_value_on_any_page(house: Served, visit: Visit):
     visitors = [visit(role) for role in Role]
     float_in_window(house)

@@ -158,6 +158,7 @@ def test_the_operator_sees_the_person_move_in_the_machine(house: Served, visit: 
     assert share_changed(before, picture(operator.page)) > 0.0005
 
 
+@pytest.mark.long
 def test_plots_keep_their_rate_beside_a_picture_that_a_processor_draws(house: Served, visit: Visit):
     operator = visit(Role.OPERATOR)
     operator.page.locator("#scene canvas").scroll_into_view_if_needed()
@@ -180,7 +181,7 @@ def test_a_stop_is_taken_at_once_while_the_picture_is_drawn(house: Served, visit
     assert time.monotonic() - begun < STOP_S
 
 
-@pytest.mark.parametrize("language", ["en", "de"])
+@pytest.mark.parametrize("language", ["en", pytest.param("de", marks=pytest.mark.long)])
 def test_the_picture_fits_its_page_and_has_a_name(house: Served, visit: Visit, language: str):
     visitor = visit(Role.VIEWER, language)
     visitor.page.evaluate(UNTIL_DRAWN, 0)

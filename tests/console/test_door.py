@@ -111,6 +111,7 @@ def test_a_connection_without_a_whole_request_is_closed_in_time(
         wait_until(lambda: slow.alive == 0)
 
 
+@pytest.mark.long
 def test_a_connection_that_never_logs_in_is_closed_in_time_although_it_asks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -71,7 +71,7 @@ def pages(folder: Path, protocol: Path | None = None, diary: Path | None = None)
             supervisor.end()
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.long)])
 def test_pages_of_a_process_that_is_killed_or_stands_still_come_back_with_their_login(
     tmp_path: Path, number: signal.Signals
 ):
@@ -89,6 +89,7 @@ def test_pages_of_a_process_that_is_killed_or_stands_still_come_back_with_their_
     assert sum('"line opened"' in line for line in lines) == 2
 
 
+@pytest.mark.long
 def test_a_process_of_the_pages_that_has_no_memory_left_is_replaced(tmp_path: Path):
     with pages(tmp_path) as running:
         link, pid, kind = running.link(), running.supervisor.pid, resource.RLIMIT_AS
@@ -106,6 +107,7 @@ def answers(link: str) -> bool:
     return False
 
 
+@pytest.mark.long
 def test_the_run_of_a_protocol_goes_on_in_the_next_process(tmp_path: Path):
     with pages(tmp_path, short_file(tmp_path, window_s=30.0)) as running:
         with Page(running.link()) as operator, suppress(ConnectionClosed):
@@ -127,6 +129,7 @@ def test_the_process_of_the_pages_has_descriptors_of_its_own(tmp_path: Path):
     assert line.split()[3:5] == [str(DESCRIPTORS_MAX)] * 2
 
 
+@pytest.mark.long
 def test_processes_that_end_at_once_are_not_replaced_for_ever(tmp_path: Path):
     with bound(Address(port=0)) as (listening, host):
         trial, said = TrialRequest(tmp_path, None), list[str]()

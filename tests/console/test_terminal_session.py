@@ -165,6 +165,7 @@ def test_an_arm_that_the_machine_gives_back_by_itself_is_taken_again(tmp_path: P
     assert sum("has given the arm back" in line for line in session.lines) == 1
 
 
+@pytest.mark.long
 def test_a_stop_ends_the_session_with_its_cause(tmp_path: Path):
     session = Session(tmp_path)
 

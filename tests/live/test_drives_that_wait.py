@@ -41,7 +41,7 @@ def test_drives_that_wait_for_the_loop_are_not_stopped_by_a_pause_of_control_or_
     assert np.diff(rows["t"]) == pytest.approx(1e-9 * PERIOD_NS, abs=1e-9)
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.long)])
 def test_drives_that_wait_and_do_not_answer_any_more_end_the_run_with_their_reason(
     tmp_path: Path, number: signal.Signals, capfd: pytest.CaptureFixture[str]
 ):
@@ -58,6 +58,7 @@ def test_drives_that_wait_and_do_not_answer_any_more_end_the_run_with_their_reas
     assert "Traceback" not in capfd.readouterr().err
 
 
+@pytest.mark.long
 def test_a_guard_whose_drives_wait_lowers_the_arm_in_time_without_any_control(tmp_path: Path):
     with flying(tmp_path, waits=True) as flight:
         os.kill(flight.control.pid, signal.SIGKILL)

@@ -95,7 +95,9 @@ def push(floating: Floating) -> None:
     floating.twin.tau_voluntary[0] += 1.5  # as a motor of the shoulder that gives more torque than its current says
 
 
-@pytest.mark.parametrize(("lie", "cause", "size_Nm"), [(tilt, ALL_JOINTS, 1.4), (push, ONE_JOINT, -1.5)])
+@pytest.mark.parametrize(
+    ("lie", "cause", "size_Nm"), [pytest.param(tilt, ALL_JOINTS, 1.4, marks=pytest.mark.long), (push, ONE_JOINT, -1.5)]
+)
 def test_a_lie_that_moves_the_arm_is_told_within_a_minute_with_joint_size_and_cause(
     lie: Callable[[Floating], None], cause: str, size_Nm: float
 ):

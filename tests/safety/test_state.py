@@ -56,7 +56,7 @@ def test_the_state_of_a_machine_with_other_joints_is_refused():
         put_state(four.envelope.record, state)
 
 
-@pytest.mark.parametrize("joints", [1, 4, 16])
+@pytest.mark.parametrize("joints", [1, 4, pytest.param(16, marks=pytest.mark.long)])
 def test_no_state_is_larger_than_its_place_in_the_ring(joints: int):
     record = first_guard(draw_machines(np.random.default_rng(1), 1, joints), 0)[0].envelope.record
     assert len(state_places(record)) <= most_numbers(joints)

@@ -15,6 +15,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.rig.twin.examiner import rms
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.task.flight_profile import FlightProfile
 
@@ -85,24 +86,17 @@ class LevelComparison:
     room: Effort
 
 
-def felt_error(
-    examination: Examination, x: Float[np.ndarray, " parameter"], level: float
-) -> Float[np.ndarray, " joint"]:
-    """Error of the arm's weight that is felt at a level, RMS over held-out postures [N·m].
-
-    The machine's own error counts whole. The arm's counts by the share of its weight that the machine carries or adds.
-    """
-    arm = examination.arm_error(x)
-    alone = examination.at_postures(x, ControlMode()) - arm
-    return np.sqrt(np.mean((alone + (1.0 - level) * arm) ** 2, axis=0))
-
-
 def felt_errors(
     trial: TransparencyTrial, known: ControllerKnowledge, levels: Sequence[float]
 ) -> dict[float, Float[np.ndarray, " joint"]]:
-    """Error of what is felt, by level [N·m]."""
+    """Error of the arm's weight that is felt, RMS over held-out postures [N·m], by level.
+
+    The machine's own error counts whole. The arm's counts by the share of its weight that the machine carries or adds.
+    """
     examination = Examination(trial.laboratory(), known.assembly, known.machine)
-    return {level: felt_error(examination, known.x, level) for level in levels}
+    arm = examination.arm_error(known.x)
+    alone = examination.at_postures(known.x, ControlMode()) - arm
+    return {level: rms(alone + (1.0 - level) * arm) for level in levels}
 
 
 def compare(

@@ -39,6 +39,7 @@ def recording_of(path: Path, tables: Tables, protocol: str) -> Recording:
     return read_recording(path / by_protocol[protocol])
 
 
+@pytest.mark.long
 def test_every_session_is_whole_and_is_called_simulated(study: tuple[Path, Tables]):
     sessions = study[1].sessions
     assert len(sessions) == 2
@@ -49,6 +50,7 @@ def test_every_session_is_whole_and_is_called_simulated(study: tuple[Path, Table
     assert set(sessions["ticks_lost"]) == set(sessions["clock_jumps"]) == {0}
 
 
+@pytest.mark.long
 def test_about_eight_touches_of_each_window_count_and_no_touch_is_lost(study: tuple[Path, Tables]):
     windows, touches = study[1].windows, study[1].touches
     assert np.median(windows["touches"]) in (7, 8)
@@ -57,6 +59,7 @@ def test_about_eight_touches_of_each_window_count_and_no_touch_is_lost(study: tu
     assert len(set(keys)) == len(keys)
 
 
+@pytest.mark.long
 def test_the_arm_is_at_the_screen_when_it_is_touched_and_at_rest_between_windows(study: tuple[Path, Tables]):
     path, tables = study
     recording = recording_of(path, tables, "training")
@@ -71,6 +74,7 @@ def test_the_arm_is_at_the_screen_when_it_is_touched_and_at_rest_between_windows
     assert STAY_S > 0.08, "a touch is reported after 80 ms"
 
 
+@pytest.mark.long
 def test_the_machine_carries_the_arm_where_the_protocol_is_active_only(study: tuple[Path, Tables]):
     path, tables = study
     for protocol in ("training", "flight"):

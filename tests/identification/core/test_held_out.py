@@ -29,7 +29,7 @@ def residuals(
     return Residuals(np.full(FIT + HELD, DT_S), torque, noise, 0.3, expected, visited)
 
 
-@pytest.mark.parametrize("time_s", [1.5, 5.0])
+@pytest.mark.parametrize("time_s", [1.5, pytest.param(5.0, marks=pytest.mark.long)])
 def test_about_one_in_a_hundred_right_estimates_is_refused(time_s: float):
     random = np.random.default_rng(0)
     refused = sum(not agreement([residuals(random, time_s=time_s)]).holds for _ in range(150))

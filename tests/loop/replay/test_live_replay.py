@@ -183,6 +183,7 @@ def test_a_level_that_was_asked_for_is_felt_by_a_ramp_that_a_stop_ends(lived: Pa
     assert levels[-1] == pytest.approx(LEVEL_BEFORE + (STOP_AT - TOLD_AT) * 0.001 / GRAVITY_LEVEL_S, abs=1e-3)
 
 
+@pytest.mark.long
 def test_a_replay_that_is_not_told_of_the_level_differs(lived: Path, tmp_path: Path):
     """The replay takes the level from the recording, not from the answers of control."""
     found = replayed(copied(lived, tmp_path / "a.mcap", keeps_control=False))

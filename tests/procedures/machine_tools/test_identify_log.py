@@ -103,11 +103,13 @@ def identified(lab: Path, progress: Progress = lambda _text, _share: None, **cha
     return json_value(identify_log(LogOptions(**{**options, **changes}), progress))
 
 
+# One miss of eight is allowed: with 95 % intervals two misses or more happen in one of eighteen such tests.
+@pytest.mark.parametrize(("seeds", "least"), [(range(2), 1), pytest.param(range(8), 7, marks=pytest.mark.long)])
 def test_the_interval_holds_the_mass_on_nearly_every_seed_even_when_motion_and_friction_have_changed(
-    tmp_path: Path, lab: Path
+    tmp_path: Path, lab: Path, seeds: range, least: int
 ):
     hits = []
-    for seed in range(8):
+    for seed in seeds:
         log = write_log(tmp_path / "log.csv", seed, MASS, phase=0.3 * seed, friction=1.0 + 0.04 * (-1) ** seed)
         result = identified(lab, log=log)
         low, high = result["payload"]["ci95_kg"]
@@ -115,8 +117,7 @@ def test_the_interval_holds_the_mass_on_nearly_every_seed_even_when_motion_and_f
         assert result["payload"]["mass_kg"] == pytest.approx(MASS, rel=0.05)
         error = np.abs(np.array(result["payload"]["com_m"]) - COM)
         assert np.all(error < 3 * np.array(result["payload"]["com_sd_m"]))
-    # One miss of eight is allowed: with 95 % intervals two misses or more happen in one of eighteen such tests.
-    assert sum(hits) >= 7
+    assert sum(hits) >= least
 
 
 @pytest.fixture(scope="module")

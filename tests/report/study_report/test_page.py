@@ -68,6 +68,12 @@ def no_print(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("exograv.report.study_report.page.write_pdf", lambda html: (None, None))
 
 
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures out of the page, which take a second."""
+    monkeypatch.setattr("exograv.report.style.page.inline_svg", lambda *_: "")
+
+
 @pytest.mark.slow
 def test_the_page_needs_nothing_beside_it_and_has_every_figure_twice(written: WrittenReport):
     html = written.html.read_text(encoding="utf-8")
@@ -127,6 +133,7 @@ def test_a_study_that_lacks_something_says_what(options: dict, sentence: str):
     assert sentence in text(page(study(**options)))
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_screens_that_were_not_calibrated_are_told_in_pixels():
     assert "deviations are given in pixels" in text(page(study(pitch_mm=None), found_by_all()))
 
@@ -179,6 +186,7 @@ def test_a_measures_name_in_words_has_no_unit_left():
     assert not [m.name for m in MEASURES if re.search(r" (px|mm|deg|Nm|rad|s|m)$", in_words(m.name))]
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_measures_are_tested_as_one_family_whose_p_values_are_never_below_the_smallest_possible():
     data = study()
     family = family_of(data, found_by_all())
@@ -189,6 +197,7 @@ def test_measures_are_tested_as_one_family_whose_p_values_are_never_below_the_sm
     assert family_of(alone, compared(alone)) is None
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_the_effort_of_the_muscles_is_a_chapter_that_sealed_groups_hide():
     from tests.study.measures.test_emg_effort import made_up  # its fixtures read no recording
 

@@ -42,6 +42,12 @@ def test_control_says_that_it_is_ready_when_it_has_its_rights(monkeypatch: pytes
     assert ours.recv() == "ready"
 
 
+@pytest.fixture
+def without_rights(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the memory of the tests' process unlocked."""
+    monkeypatch.setattr("exograv.runtime.control_loop.answering.realtime", lambda _cpu: contextlib.nullcontext())
+
+
 class Posed(Silent):
     """Control that wants to know the posture before it answers."""
 
@@ -52,6 +58,7 @@ class Posed(Silent):
         self._prepared.append(float(state["q"][0]))
 
 
+@pytest.mark.usefixtures("without_rights")
 def test_control_prepares_for_the_posture_of_the_machine_before_it_says_that_it_is_ready():
     ours, its = Pipe()
     prepared: list[float] = []
@@ -67,6 +74,7 @@ def test_control_prepares_for_the_posture_of_the_machine_before_it_says_that_it_
     assert ours.recv() == "ready"
 
 
+@pytest.mark.usefixtures("without_rights")
 def test_control_without_a_guard_ends_with_the_run():
     ours, its = Pipe()
     states, answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))

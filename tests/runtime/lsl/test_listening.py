@@ -131,6 +131,7 @@ def test_the_whole_description_and_every_correction_are_kept(undisturbed: Record
         assert one.connection == 1
 
 
+@pytest.mark.long
 def test_a_device_that_dies_is_noted_and_awaited_and_comes_back_as_another_connection(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with device("amp:float32") as first, recording(path, "amp") as (listening, recorder):
@@ -184,6 +185,7 @@ def test_a_listener_that_hangs_is_replaced(tmp_path: Path, monkeypatch: pytest.M
         assert [note.kind for note in finished(listening, recorder).streams[0].notes] == ["connected", "connected"]
 
 
+@pytest.mark.long
 def test_a_listener_of_which_only_the_threads_of_the_streams_go_on_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -196,6 +198,7 @@ def test_a_listener_of_which_only_the_threads_of_the_streams_go_on_is_replaced(
             wait_until(lambda: listening.check() or listening.restarts == 1, "another listener")
 
 
+@pytest.mark.long
 def test_a_listener_that_is_not_replaced_any_more_is_noted_as_lost_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

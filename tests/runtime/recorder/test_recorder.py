@@ -157,6 +157,7 @@ def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path
     assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
 
 
+@pytest.mark.long
 def test_a_recorder_that_hangs_before_it_completes_its_file_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -207,6 +208,7 @@ def test_ticks_are_counted_also_while_the_ring_is_full(tmp_path: Path):
         os.kill(recorder.pid, signal.SIGCONT)
 
 
+@pytest.mark.long
 def test_a_recorder_without_work_does_not_count_as_hanging(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 2.0)
     with recording(tmp_path / "a.mcap") as (recorder, control):
@@ -229,6 +231,7 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
     assert [note["text"] for note in read_recording(tmp_path / "a.mcap").messages("/event")] == ["0", "1", "2"]
 
 
+@pytest.mark.long
 def test_states_of_the_guard_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         for k in range(3):
@@ -245,7 +248,9 @@ def test_states_of_the_guard_are_there_once_after_the_recorder_was_killed(tmp_pa
     np.testing.assert_array_equal([state_in(one) for one in kept], [[k, np.nan, -1.0] for k in range(3)])
 
 
-@pytest.mark.parametrize("topic", ["/task", "/page", "/control"])
+@pytest.mark.parametrize(
+    "topic", ["/task", *(pytest.param(topic, marks=pytest.mark.long) for topic in ("/page", "/control"))]
+)
 def test_messages_of_the_parent_are_there_once_after_the_recorder_was_killed(tmp_path: Path, topic: str):
     forms = {
         "/task": {"kind": "touch", "record": {"kind": "touch"}}, "/page": {"topic": "/act", "message": {}},
@@ -345,6 +350,7 @@ def _record_on_a_slow_disk(job: RecorderJob, parent: Connection) -> None:
     record(job, parent)
 
 
+@pytest.mark.long
 def test_a_slow_disk_delays_no_process_and_loses_no_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.runtime.recorder.recorder.record", _record_on_a_slow_disk)
     with recording(tmp_path / "a.mcap") as (recorder, control):

@@ -270,6 +270,7 @@ def test_a_bridge_that_is_killed_or_hangs_is_noted_and_the_run_goes_on(
     assert not Path(f"/proc/{pid}").exists()
 
 
+@pytest.mark.long
 def test_a_bridge_that_does_not_answer_at_the_end_of_a_run_is_told(run: Run):
     run.message(JOINT_STATES)
     os.kill(run.bridging.pid, signal.SIGSTOP)

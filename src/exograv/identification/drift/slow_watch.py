@@ -192,19 +192,19 @@ class SlowWatch:
         tone = self._tone_of(pairs.by_size).reshape(samples * joints, -1)
         apart_s, together = np.abs(np.subtract.outer(pairs.t, pairs.t)), tone @ tone.T
         columns = np.column_stack([pairs.y.ravel(), pairs.by_size.reshape(samples * joints, -1) * sd])
-        logs, fits = [], []
+        own = [[column for cause in chosen for column in self.causes[cause].columns] for chosen in sets]
+        log_odds = np.array([odds[list(chosen)].sum() for chosen in sets])
+        logs, fits = list[np.ndarray](), list[_Fit]()
         for scale, correlation_s in UNREST:
             slow = together * np.kron(np.exp(-apart_s / correlation_s), np.ones((joints, joints)))
             lower = np.linalg.cholesky(rest + scale**2 * slow)
             white = solve_triangular(lower, columns, lower=True)
             A, b = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
             constant = -0.5 * white[:, 0] @ white[:, 0] - np.log(np.diag(lower)).sum()
-            for chosen in sets:
-                own = [column for cause in chosen for column in self.causes[cause].columns]
-                fit = _fit(own, A, b)
-                logs.append(constant + fit.gain + odds[list(chosen)].sum())
-                fits.append(fit)
-        weight = np.exp(np.array(logs) - logsumexp(logs))
+            found = _fits(own, A, b)
+            logs.append(constant + np.array([fit.gain for fit in found]) + log_odds)
+            fits += found
+        weight = np.exp(np.concatenate(logs) - logsumexp(logs))
         return _Posterior(weight, fits, sets * len(UNREST), sd)
 
     def _told(self, posterior: "_Posterior", torque: Float[np.ndarray, "joint column"]) -> SlowJudgement:
@@ -264,11 +264,18 @@ def with_slid_cuffs(assembly: Assembly, judgement: SlowJudgement) -> Assembly:
     return replace(assembly, slid_m=tuple(slid))
 
 
-def _fit(columns: list[int], A: np.ndarray, b: np.ndarray) -> _Fit:
-    """Fit the sizes of a set of changes, with a standard normal prior."""
-    covariance = np.linalg.inv(A[np.ix_(columns, columns)] + np.eye(len(columns)))
-    mean = covariance @ b[columns]
-    return _Fit(columns, mean, covariance, float(0.5 * b[columns] @ mean + 0.5 * np.linalg.slogdet(covariance)[1]))
+def _fits(sets: Sequence[list[int]], A: np.ndarray, b: np.ndarray) -> list[_Fit]:
+    """Fit the sizes of each set of changes, with a standard normal prior; sets of one size are fitted together."""
+    fits: dict[int, _Fit] = {}
+    for size in {len(columns) for columns in sets}:
+        places = [place for place, columns in enumerate(sets) if len(columns) == size]
+        columns = np.array([sets[place] for place in places], dtype=int)
+        covariance = np.linalg.inv(A[columns[:, :, None], columns[:, None, :]] + np.eye(size))
+        mean = np.einsum("sij,sj->si", covariance, b[columns])
+        gain = 0.5 * np.einsum("si,si->s", b[columns], mean) + 0.5 * np.linalg.slogdet(covariance)[1]
+        for i, place in enumerate(places):
+            fits[place] = _Fit(sets[place], mean[i], covariance[i], float(gain[i]))
+    return [fits[place] for place in range(len(sets))]
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,13 @@ from exograv.rig.twin.machine.drive import (
 DT = 0.0005
 ELBOW = 3
 INERTIA = 0.2  # kg·m², of a rotor and what it turns
+LEVELS_AND_STEPS = [
+    pytest.param(level, dt, marks=() if (level + 1) % 3 == k else pytest.mark.long)
+    for k, dt in enumerate((0.00025, 0.0005, 0.001))
+    for level in range(5)
+]
+"""Levels of disturbances and steps [s]: `make test` runs each level with one step, and each step with a level."""
+
 CREEP_TOLERANCE = 1e-9  # rad in ten seconds: far below one step of any encoder here
 
 
@@ -79,8 +86,7 @@ def test_between_coulomb_and_breakaway_a_resting_joint_rests_and_a_moving_one_mo
     assert push(machine, lambda t: 4.0 * coulomb if t < 0.2 else between, 3.0)[-1] > 0.2
 
 
-@pytest.mark.parametrize("level", range(5))
-@pytest.mark.parametrize("dt", [0.00025, 0.0005, 0.001])
+@pytest.mark.parametrize(("level", "dt"), LEVELS_AND_STEPS)
 def test_friction_never_feeds_energy_over_a_closed_way(rig, level: int, dt: float):
     for seed in range(2):
         friction = friction_function(draw_machine(rig, Disturbances.at_level(level), seed), dt)
@@ -94,8 +100,7 @@ def test_friction_never_feeds_energy_over_a_closed_way(rig, level: int, dt: floa
             assert work > 0.0
 
 
-@pytest.mark.parametrize("level", range(5))
-@pytest.mark.parametrize("dt", [0.00025, 0.0005, 0.001])
+@pytest.mark.parametrize(("level", "dt"), LEVELS_AND_STEPS)
 def test_a_rubbing_rotor_never_has_more_energy_than_was_put_in(rig, level: int, dt: float):
     machine = draw_machine(rig, Disturbances.at_level(level), 0)
     friction, generator = friction_function(machine, dt), np.random.default_rng(0)
