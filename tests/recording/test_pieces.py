@@ -49,9 +49,7 @@ def test_only_chosen_messages_are_kept(tmp_path: Path):
     assert chosen.messages("/phase") == []
 
 
-def test_messages_of_a_long_channel_stay_in_the_file_and_are_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_messages_of_a_long_channel_stay_in_the_file_and_are_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     path = written(tmp_path / "run.mcap")
     monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 200)
     found = read_topics(path, ["/event"]).messages("/event")

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt32
 
 BINS = 600
 """Number of stretches of a curve. Each shows its smallest and its largest value, so that no single tick is lost."""
@@ -68,7 +68,7 @@ class ReplaySeries:
         self,
         first: int,
         t: Float[np.ndarray, " tick"],
-        phase: Int[np.ndarray, " tick"],
+        phase: UInt32[np.ndarray, " tick"],
         torques: tuple[Torques, Torques, Torques],
     ) -> None:
         """Take the next ticks.
@@ -80,7 +80,7 @@ class ReplaySeries:
             torques: Recorded and replayed torque, and their difference [N·m].
         """
         begin = max(self._ticks[0] - first, 0)
-        t, phase = t[begin:], phase[begin:].astype(int)
+        t, phases = t[begin:], phase[begin:].astype(int)
         if not len(t):
             return
         numbers = first + begin - self._ticks[0] + np.arange(len(t))
@@ -92,8 +92,8 @@ class ReplaySeries:
         is_new = numbers[starts] == self._starts[which]
         self._ends_s[0, which[is_new]] = t[starts[is_new]]
         self._ends_s[1, which] = t[np.append(starts[1:], len(t)) - 1]
-        self.phases += [(t[k], self._names[phase[k]]) for k in np.flatnonzero(np.diff(phase, prepend=self._phase))]
-        self._phase = int(phase[-1])
+        self.phases += [(t[k], self._names[phases[k]]) for k in np.flatnonzero(np.diff(phases, prepend=self._phase))]
+        self._phase = int(phases[-1])
         self._measure(torques[2][begin:])
 
     def _measure(self, difference: Torques) -> None:

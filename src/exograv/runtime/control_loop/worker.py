@@ -12,6 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from exograv.runtime.processes.free_memory import return_free_memory
 from exograv.runtime.processes.shared_memory import Ring
 
 from .exchange import finding_dtype, sample_dtype
@@ -82,6 +83,7 @@ def worker_process(job: WorkerJob, parent: Connection) -> None:
     samples, findings = job.memory.sample_ring(), job.memory.finding_ring()
     try:
         desk = _Desk(job, samples, findings)
+        return_free_memory()
         parent.send("ready")
         while not parent.poll(LOOKS_EVERY_S):
             for word in desk.work():
