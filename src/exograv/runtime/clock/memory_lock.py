@@ -1,8 +1,8 @@
 """Lock of a process's memory in RAM: all that is in use at once, and large reserves page by page as they are touched.
 
-Libraries reserve far more than they use: OpenBLAS 32 MB of work space, MuJoCo 28 MB per simulation, the compiler of the
-kernels 150 MB of code. To lock all of it made guard and control three times as large. A page of a reserve that is
-touched later costs the loop about a microsecond once, as it comes from free memory and not from a disk.
+Libraries reserve far more than they use: OpenBLAS 32 MB of work space, MuJoCo 14 MB per simulation, the compiler of the
+kernels 150 MB of code. Guard and control were two to three times as large when all of it was locked. A page of a
+reserve that the loop touches later comes from free memory, not from a disk.
 """
 
 import ctypes
