@@ -1,8 +1,9 @@
-"""Memory of a report, of a session, and of the console's processes.
+"""Memory of a report, of a session, of the console's processes, and of any command.
 
     python benchmarks/memory.py report --ticks 1000000 4000000    # peak of a report, by the length of the recording
     python benchmarks/memory.py train --windows 6                 # memory of a session while it runs, and its growth
     python benchmarks/memory.py console --calibration out/calibration.toml    # share of each process (PSS)
+    python benchmarks/memory.py command data replay out/demo.mcap    # peak of a command
 
 A process's PSS counts a page of memory that several processes share in equal parts, so that the sum is what the
 computer loses. Linux only.
@@ -11,6 +12,7 @@ computer loses. Linux only.
 import argparse
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -156,6 +158,13 @@ def console(options: argparse.Namespace) -> None:
             process.wait()
 
 
+def command(options: argparse.Namespace) -> None:
+    """Print the peak of a command of exograv."""
+    status = subprocess.run([sys.executable, "-m", "exograv.cli", *options.words], check=False).returncode
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    print(f"exit status {status}, peak {1024e-6 * peak:.0f} MB")
+
+
 def _print_shares(pid: int) -> None:
     shares = {each: pss_MB(each) for each in family(pid)}
     for each, share in shares.items():
@@ -186,6 +195,9 @@ def main() -> None:
     one.add_argument("--processes", type=int, default=6, help="number of processes to wait for")
     one.add_argument("--settle", type=float, default=30.0, help="time before the measurement [s]")
     one.set_defaults(run=console)
+    one = parts.add_parser("command", help=command.__doc__)
+    one.add_argument("words", nargs=argparse.REMAINDER)
+    one.set_defaults(run=command)
     options = parser.parse_args()
     options.run(options)
 

@@ -1,6 +1,7 @@
 """The page of a recording shows the recorded motion, and says who measured what is left over."""
 
 import json
+import tracemalloc
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -11,7 +12,8 @@ from exograv.console import view_motion
 from exograv.console.view_motion import PREDICTED, TRUE, motion_of
 from exograv.console.view_recording import recorded_view
 from exograv.errors import ConfigError, RecordingError
-from exograv.recording import Recording, read_recording
+from exograv.recording import Recording, open_recording, read_recording, stored_messages
+from memory import write_long
 
 FLOATING = Path("examples/data/floating.mcap")
 ROUNDED_RAD = 1e-4
@@ -38,6 +40,23 @@ def test_a_long_recording_has_no_more_frames_than_a_page_can_take(
     motion = motion_of(recording)
     assert len(motion.t) <= 50
     assert len(motion.arm.t) <= 50
+
+
+def test_memory_of_a_motion_grows_by_at_most_eight_bytes_per_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(view_motion, "FRAMES_MAX", 50)
+    monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 1000)
+    counts, peaks = (5_000, 20_000), list[int]()
+    for ticks in counts:
+        write_long(tmp_path / "long.mcap", ticks)
+        tracemalloc.start()
+        motion_of(open_recording(tmp_path / "long.mcap"))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] - peaks[0] < 8 * (counts[1] - counts[0])
+
+
+def test_a_motion_from_the_file_is_the_motion_from_memory(recording: Recording):
+    assert motion_of(open_recording(FLOATING)) == motion_of(recording)
 
 
 def test_numbers_that_are_missing_become_null_and_the_page_stays_valid_json(recording: Recording):

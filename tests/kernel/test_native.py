@@ -1,6 +1,7 @@
 """Native code gives the bits of the virtual machine: for each operation, zero, infinity and NaN, at any length."""
 
 import ctypes
+import gc
 import sys
 from collections.abc import Iterator
 
@@ -14,6 +15,7 @@ from exograv import kernel
 from exograv.errors import KernelError
 from exograv.kernel import emission, native, virtual_machine
 from exograv.kernel.operations import LIBRARY_OF_TWO, OPERATION_NAMES, PLACED, TRIGONOMETRIC, known_operations
+from exograv.kernel.program import Instruction
 
 OF_TWO = {
     ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR,
@@ -141,6 +143,16 @@ def test_values_that_no_stack_can_hold_are_refused(monkeypatch: pytest.MonkeyPat
     x = ca.SX.sym("x", 40)
     with pytest.raises(KernelError, match=r"many keeps \d+ values at once, \d+ bytes on 1 lanes; 100 are allowed"):
         native.compile(ca.Function("many", [x], [ca.sumsqr(ca.sin(x)) * ca.sin(x) * ca.cos(x[::-1])]))
+
+
+def test_a_compiled_kernel_keeps_no_instructions_and_can_still_be_copied():
+    x = ca.SX.sym("x", 3)
+    one = native.compile(ca.Function("kept", [x], [ca.sin(x) + 2.0], ["x"], ["y"]))
+    assert not [each for each in gc.get_objects() if type(each) is Instruction]
+    other = one.again()
+    other.inputs["x"][:] = 0.5
+    other.evaluate()
+    np.testing.assert_allclose(other.outputs["y"], np.sin(0.5) + 2.0)
 
 
 def test_a_thousand_calls_leave_no_reference_behind():

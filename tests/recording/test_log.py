@@ -1,6 +1,7 @@
 """A foreign log is cut to its motion, loses no row without a count, and is refused if it has another content."""
 
 import os
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,18 @@ def test_the_longest_motion_between_two_rests_is_kept(tmp_path: Path):
     assert len(log.t) == 400
     assert log.skipped == 0
     np.testing.assert_allclose(log.effort, 2.0 * log.v, atol=1e-6)
+
+
+def test_memory_of_a_log_grows_by_at_most_four_times_its_numbers(tmp_path: Path):
+    counts, peaks = (1000, 9000), list[int]()
+    for count in counts:
+        path = write(tmp_path / "log.csv", rows_of_motion(motion=count))
+        tracemalloc.start()
+        read_log(path, JOINTS)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    numbers_bytes = 8 * (1 + 3 * len(JOINTS))
+    assert peaks[1] - peaks[0] < 4 * numbers_bytes * (counts[1] - counts[0])
 
 
 def test_a_header_is_counted_as_a_line_and_not_as_a_loss(tmp_path: Path):

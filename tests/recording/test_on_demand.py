@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from exograv.errors import RecordingError
-from exograv.recording import RecordingWriter, on_demand, open_recording, read_recording
+from exograv.recording import RecordingWriter, open_recording, read_recording, stored_messages
 from exograv.recording import computing_times as module
 from exograv.recording.computing_times import computing_times
 from exograv.recording.encoding import empty_ticks
@@ -63,7 +63,7 @@ def test_ticks_of_a_phase_are_those_of_its_last_occurrence(path: Path, name: str
 
 
 def test_messages_that_stay_in_the_file_are_the_same(path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(on_demand, "IN_MEMORY_BYTES", 200)
+    monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 200)
     stored, whole = open_recording(path).messages("/event"), read_recording(path).messages("/event")
     assert isinstance(stored, StoredMessages)
     assert list(stored) == whole

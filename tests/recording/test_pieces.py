@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from exograv.errors import RecordingError
-from exograv.recording import RecordingPass, RecordingWriter, read_recording, read_topics, tick_pieces
+from exograv.recording import (
+    RecordingPass,
+    RecordingWriter,
+    open_recording,
+    read_recording,
+    read_topics,
+    stored_messages,
+    tick_pieces,
+)
+from exograv.recording.stored_messages import StoredMessages
 
 JOINTS = ("shoulder", "elbow")
 NAMES = (
@@ -38,6 +47,21 @@ def test_only_chosen_messages_are_kept(tmp_path: Path):
     assert chosen.settings == whole.settings
     assert len(chosen.ticks) == 0
     assert chosen.messages("/phase") == []
+
+
+def test_messages_of_a_long_channel_stay_in_the_file_and_are_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    path = written(tmp_path / "run.mcap")
+    monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 200)
+    found = read_topics(path, ["/event"]).messages("/event")
+    assert isinstance(found, StoredMessages)
+    assert list(found) == read_recording(path).messages("/event")
+
+
+def test_long_settings_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    path = written(tmp_path / "run.mcap", 10)
+    monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 2)
+    for read in (open_recording, lambda path: read_topics(path, ())):
+        assert read(path).settings == read_recording(path).settings
 
 
 @pytest.mark.parametrize("share", [0.3, 0.9, 0.999])

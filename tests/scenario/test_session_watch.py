@@ -13,7 +13,7 @@ from exograv.experiment.train.preparation import CheckedBetween, Ready
 from exograv.experiment.train.session_check import check_between
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.left_over import TARGET_NM
-from exograv.identification.drift.slow_causes import Kind
+from exograv.identification.drift.slow_change import Kind
 from exograv.laboratory.preparation import Preparation, WornTwin
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import laboratory_at

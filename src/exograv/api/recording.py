@@ -1,14 +1,17 @@
 """Recording of a session as arrays, tables and a figure."""
 
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.recording import read_recording
+from exograv.recording import open_recording, tick_pieces
+from exograv.recording.encoding import empty_ticks
 from exograv.recording.schema import CHANNELS, TICK
+from exograv.recording.stored_ticks import rows_at
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,17 +20,20 @@ if TYPE_CHECKING:
 PLOT_POINTS = 2000
 """Largest number of points of a curve in `Recording.plot`; more would not be visible."""
 
+PLOTTED = ("t", "q_measured", "tau_measured", "tau_commanded")
+"""Fields of a tick that `Recording.plot` shows."""
+
 
 class Recording:
-    """Recording of a session (MCAP), in memory."""
+    """Recording of a session (MCAP); its ticks stay in the file until `ticks` is asked for."""
 
     def __init__(self, path: str | Path):
-        """Read a whole recording.
+        """Check a whole recording.
 
         Raises:
             RecordingError: The file does not exist, or is not a recording of exograv.
         """
-        self._read = read_recording(Path(path))
+        self._read = open_recording(Path(path))
 
     @property
     def path(self) -> Path:
@@ -54,16 +60,20 @@ class Recording:
         """Damage of the file as a sentence; None for a complete file."""
         return self._read.remark
 
-    @property
+    @cached_property
     def ticks(self) -> np.ndarray:
-        """Structured array with one record per tick; fields: docs/reference/recording_format.md."""
-        return self._read.ticks
+        """Structured array with one record per tick, in memory; fields: docs/reference/recording_format.md."""
+        ticks, start = empty_ticks(self._read.tick_count, len(self.joints)), 0
+        for piece in tick_pieces(self.path):
+            ticks[start : start + len(piece)] = piece
+            start += len(piece)
+        return ticks
 
     @cached_property
     def channels(self) -> dict[str, int]:
         """Number of messages of each channel that has any."""
         counts = {topic: len(self._read.messages(topic)) for topic, channel in CHANNELS.items() if channel is not TICK}
-        return {TICK.topic: len(self.ticks), **{topic: count for topic, count in counts.items() if count}}
+        return {TICK.topic: self._read.tick_count, **{topic: count for topic, count in counts.items() if count}}
 
     def to_pandas(self, channel: str = TICK.topic) -> "pd.DataFrame":
         """Return one channel as a table: ticks with one column per joint, or messages with one column per field.
@@ -90,7 +100,9 @@ class Recording:
         """Draw position and torque of each joint over time, phases shaded; save it if `path` is given."""
         from matplotlib.figure import Figure
 
-        ticks = self.ticks[:: max(1, len(self.ticks) // PLOT_POINTS)]
+        rows = np.arange(0, self._read.tick_count, max(1, self._read.tick_count // PLOT_POINTS))
+        none = empty_ticks(0, len(self.joints))[list(PLOTTED)]
+        ticks = rows_at(chain([none], self._read.pieces(PLOTTED)), rows)
         figure = Figure(figsize=(10, 1.0 + 1.7 * len(self.joints)), layout="constrained")
         panels = figure.subplots(len(self.joints), 2, sharex=True, squeeze=False)
         for k, (joint, (left, right)) in enumerate(zip(self.joints, panels, strict=True)):
@@ -109,6 +121,11 @@ class Recording:
             figure.savefig(path, dpi=120)
         return figure
 
+    @cached_property
+    def _last_t(self) -> float:
+        """Time of the last tick [s]."""
+        return [float(ticks["t"][-1]) for ticks in self._read.pieces(("t",)) if len(ticks)][-1]
+
     def _end_of_phase(self, number: int) -> float:
         phases = self._read.messages("/phase")
-        return phases[number + 1]["t"] if number + 1 < len(phases) else float(self.ticks["t"][-1])
+        return phases[number + 1]["t"] if number + 1 < len(phases) else self._last_t

@@ -7,8 +7,14 @@ from pathlib import Path
 from exograv.errors import ConfigError, ExogravError
 from exograv.model.rig_settings import Settings
 from exograv.options import SESSIONS_MAX, OptionRecord, Side
-from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
-from exograv.storage.session_readiness import session_name
+from exograv.storage.session_checkpoint import (
+    SESSION_FILE,
+    KeptSession,
+    checkpoint_path,
+    read_kept,
+    refuse_kept,
+    session_name,
+)
 from exograv.task.screen import ScreenCalibration
 
 

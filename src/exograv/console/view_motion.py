@@ -1,6 +1,8 @@
 """Motion of a recording for the page of `exograv data view`: positions, torques, arm and left over, thinned."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -9,10 +11,14 @@ from jaxtyping import Float
 from exograv.errors import RecordingError
 from exograv.model.scene.arm_lines import arms_of_line
 from exograv.recording import Recording
+from exograv.recording.fields import Message
 
 FRAMES_HZ = 25.0
 FRAMES_MAX = 6000
 """Largest number of frames: four minutes at full rate, a page of about 2 MB. A longer recording has a lower rate."""
+
+FIELDS = ("t", "q_measured", "tau_measured", "tau_commanded", "arm_share", "gravity_level")
+"""Fields of a tick that a frame shows."""
 
 ARM_GAP_S = 0.3
 """Largest time from a frame to a recorded pose of the arm [s]; farther away, the arm moves with its cuffs."""
@@ -86,15 +92,9 @@ def motion_of(recording: Recording) -> Motion:
     Raises:
         RecordingError: The recording has no usable tick.
     """
-    ticks = recording.ticks
-    ticks = ticks[np.isfinite(ticks["t"]) & np.isfinite(ticks["q_measured"]).all(axis=1)]
-    if len(ticks) < 2:
-        raise RecordingError(
-            f"{recording.path} holds no motion: it has fewer than two ticks with joint positions. Record a longer run."
-        )
-    start, end = float(ticks["t"][0]), float(ticks["t"][-1])
+    start, end = _span(recording)
     count = min(max(int((end - start) * FRAMES_HZ) + 1, 2), FRAMES_MAX)
-    ticks = ticks[np.unique(np.searchsorted(ticks["t"], np.linspace(start, end, count)))]
+    ticks = _ticks_at(recording, np.linspace(start, end, count))
     felt = 1.0 - np.nan_to_num(ticks["arm_share"]) * (1.0 - np.nan_to_num(ticks["gravity_level"], nan=1.0))
     return Motion(
         t=_numbers(ticks["t"] - start, 3),
@@ -108,6 +108,37 @@ def motion_of(recording: Recording) -> Motion:
     )
 
 
+def _span(recording: Recording) -> tuple[float, float]:
+    """Return the times of the first and the last usable tick [s]."""
+    first, last, count = 0.0, 0.0, 0
+    for ticks in _usable(recording, ("t", "q_measured")):
+        if len(ticks):
+            first, last = first if count else float(ticks["t"][0]), float(ticks["t"][-1])
+            count += len(ticks)
+    if count < 2:
+        raise RecordingError(
+            f"{recording.path} holds no motion: it has fewer than two ticks with joint positions. Record a longer run."
+        )
+    return first, last
+
+
+def _ticks_at(recording: Recording, times: Float[np.ndarray, " frame"]) -> np.ndarray:
+    """Return the first usable tick at or after each of these rising times, each tick once."""
+    found, done = list[np.ndarray](), 0
+    for ticks in _usable(recording, FIELDS):
+        rows = np.searchsorted(ticks["t"], times[done:])
+        rows = rows[rows < len(ticks)]
+        found.append(ticks[np.unique(rows)])
+        done += len(rows)
+    return np.concatenate(found)
+
+
+def _usable(recording: Recording, fields: Sequence[str]) -> Iterator[np.ndarray]:
+    """Yield the ticks with a time and joint positions, in pieces that fit into memory."""
+    for ticks in recording.pieces(fields):
+        yield ticks[np.isfinite(ticks["t"]) & np.isfinite(ticks["q_measured"]).all(axis=1)]
+
+
 def _numbers(values: Float[np.ndarray, "..."], decimals: int) -> Rows:
     """Round numbers; a number that is not finite becomes None."""
     rounded = np.round(values.astype(float), decimals)
@@ -117,10 +148,14 @@ def _numbers(values: Float[np.ndarray, "..."], decimals: int) -> Rows:
 
 
 def _arm(recording: Recording, start: float, end: float) -> ArmMotion:
-    messages = [m for m in recording.messages("/skeleton") if start <= m["t"] <= end and arms_of_line(m["arm"])]
-    messages = messages[:: max(1, -(-len(messages) // FRAMES_MAX))]
+    count = sum(1 for _ in _poses(recording, start, end))
+    messages = list(islice(_poses(recording, start, end), None, None, max(1, -(-count // FRAMES_MAX))))
     arms = [_numbers(np.array(arms_of_line(message["arm"])), 4) for message in messages]
     return ArmMotion([round(message["t"] - start, 3) for message in messages], arms, ARM_GAP_S)
+
+
+def _poses(recording: Recording, start: float, end: float) -> Iterator[Message]:
+    return (m for m in recording.messages("/skeleton") if start <= m["t"] <= end and arms_of_line(m["arm"]))
 
 
 def _left_over(recording: Recording, start: float) -> list[LeftOverMoment]:

@@ -11,7 +11,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.scene import describe_scene
 from exograv.options import Side
-from exograv.recording import Recording, read_recording
+from exograv.recording import Recording, open_recording
 from exograv.recording.machine_files import unpacked_machine
 
 from .view_motion import motion_of
@@ -34,7 +34,7 @@ def recorded_view(path: Path, rig: str | None, side: Side | None) -> ViewData:
         ConfigError: The machine `rig` does not exist.
         ModelError: The machine does not fit the person.
     """
-    recording = read_recording(path)
+    recording = open_recording(path)
     settings = recording.settings.get("settings") or {}
     told = settings.get("told") or {}
     with _machine(recording, rig, side) as description:

@@ -114,7 +114,7 @@ def compile_batch(function: AnyFunction, lanes: int, shared: Iterable[str], dtyp
     lanes = lanes or processor().lanes * (1 if element == "double" else 2)
     order = [name in shared for name in program.arguments]
     made = machine_code(program, MemoryLayout(lanes, element, frozenset(i for i, same in enumerate(order) if same)))
-    native = _NativeBatch(program, made, lanes, np.dtype(dtype), shared)
+    native = _NativeBatch(program.outlined(), made, lanes, np.dtype(dtype), shared)
     return Batch(
         program.name, "native", lanes, np.dtype(dtype), program.n_instructions,
         made.n_bytes, made.build_s, made.from_cache, shared, native.bind,

@@ -28,7 +28,8 @@ def compile(
         ValueError: A name is unknown, or a buffer does not fit.
     """
     program = straight_line(function)
-    return _bound(program, machine_code(program, MemoryLayout(carried=carried_memory(program, carry))), bindings)
+    made = machine_code(program, MemoryLayout(carried=carried_memory(program, carry)))
+    return _bound(program.outlined(), made, bindings)
 
 
 def _bound(program: Program, made: "MachineCode", bindings: Mapping[str, np.ndarray] | None = None) -> Kernel:

@@ -61,6 +61,13 @@ class Program:
         """Facts that the compiled code needs."""
         return self.stored or self._outlined()
 
+    def outlined(self) -> "Program":
+        """Return the program with its outline only: a compiled kernel needs no function and no instructions.
+
+        They take tens of megabytes.
+        """
+        return Program(_forgotten, self.outline)
+
     def keep(self) -> None:
         """Store the outline of a recipe for later processes, if it is not stored yet."""
         if self.recipe is not None and self.stored is None:
@@ -156,6 +163,10 @@ def straight_line(function: AnyFunction) -> Program:
         return Program(lambda: _dense(function()), function.outline(), function)
     dense = _dense(function)
     return Program(lambda: dense)
+
+
+def _forgotten() -> ca.Function:
+    raise KernelError("The function of a compiled kernel is not kept. Compile the function again.")
 
 
 def _dense(function: ca.Function) -> ca.Function:

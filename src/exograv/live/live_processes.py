@@ -21,6 +21,7 @@ from exograv.runtime.control_loop.exchange import Channels, PersonUpdate, answer
 from exograv.runtime.control_loop.guard_commands import ENDS, GuardLine
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.processes.free_memory import return_free_memory
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.processes.supervisor import Supervisor
 from exograv.runtime.recorder.recorder import Recorder, RecorderReport, timing_message
@@ -146,6 +147,7 @@ def fly(
         stack.callback(control.close)
         worker = None if parts.worker is None else _worker(parts.worker, recorder, line, stack)
         progress("Starting guard and control", 0.0)
+        return_free_memory()  # while the processes prepare
         if ros2 is not None:
             stack.callback(ros2.close)
             ros2.begin(recorder, states, line.send)

@@ -1,8 +1,9 @@
 """Replay of a live run: the guard gets its recorded inputs, and control answers the measurements that it answered."""
 
+from array import array
 from collections import deque
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, overload
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from exograv.dynamics.parameters import Parameters
 from exograv.errors import ConfigError
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
-from exograv.loop.replay.columns import Columns, ReplayedDecisions, each_tick
+from exograv.loop.replay.columns import ReplayedDecisions, ReplayedPiece
 from exograv.loop.replay.guard_replay import SETTLED_S, GuardReplay
 from exograv.loop.replay.recorded_run import RecordedRun, readable
 from exograv.loop.replay.what_if import ReplayOverrides
@@ -48,9 +49,8 @@ class LiveReplay:
             ConfigError: A replacement in `instead` cannot be used.
         """
         path, joints = recorded.recording.path, len(recorded.recording.joints)
-        self._columns, self._names = Columns(recorded.recording.ticks), recorded.phase_names
-        self._lost = recorded.gaps.tolist()
-        self._again = ReplayedDecisions.of(len(self._columns), joints)
+        self._columns, self._names = next(recorded.pieces()), recorded.phase_names
+        self._again = ReplayedDecisions.of(0, joints)
         self._state, self._row = np.zeros(1, state_dtype(joints)), np.zeros((), answer_dtype(joints))
         self._waiting: deque[np.void] = deque(maxlen=REACH)
         self._settles_at, self._k, self._safe_state_before = -np.inf, 0, SafeState.NONE
@@ -65,12 +65,13 @@ class LiveReplay:
             if instead.arm_is_other:
                 limits = person_limits(recorded.assembly, machine, x)
             actuators = read_machine(live["machine"]).actuators
-            asked = [
-                (m["t"], m["gravity_level"], m.get("ramp_s", 0.0)) for m in recorded.control if m["act"] == "level"
-            ]
+            acts = _acts(recorded.control)
+            asked = [(m["t"], m["gravity_level"], m.get("ramp_s", 0.0)) for m in acts["level"]]
             levels = asked if instead.gravity_level is None else []
             period_s, is_other = live["period_s"], instead.is_anything
-            taken = int(np.count_nonzero(np.asarray(self._columns.acts) & TOLD_LEVEL))
+            taken = sum(
+                int(np.count_nonzero(ticks["acts"] & TOLD_LEVEL)) for ticks in recorded.recording.pieces(("acts",))
+            )
             self._guarding = GuardReplay(
                 recorded.description,
                 actuators,
@@ -81,15 +82,13 @@ class LiveReplay:
                 takes_each=len(levels) == taken,
                 is_other_run=is_other,
             )
-            self._guarding.know(recorded.recording.messages("/guard"))
-            if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
+            self._guarding.know(recorded.guard_states)
+            if not 0.0 <= level <= 1.0:
                 raise ConfigError(f"The gravity level of {path} is {level}; allowed: 0 to 1.")
             self._recorded, self._instead, self._machine = recorded, instead, machine
-            self._published, self._worn = (
-                [m for m in recorded.control if m["act"] == act] for act in ("publish", "wear")
-            )
+            self._acts = acts
             self._finding = np.zeros(1, finding_dtype(len(x)))[0]
-            self._found, self._persons, lesson = 0, 0, None
+            self._found, self._read, self._persons, lesson = 0, 0, 0, None
             if seconds := live.get("identify_s"):
                 passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
                 lesson = LiveIdentification(
@@ -105,13 +104,19 @@ class LiveReplay:
             self._prepare()
             self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
-    def fly(self, progress: Progress) -> ReplayedDecisions:
-        """Replay all ticks and return the decisions of guard and control."""
-        for k in each_tick(self._columns, progress):
-            if self._lost[k]:
-                self._lose(k)
-            self._tick(k)
-        return self._again
+    def fly(self, progress: Progress) -> Iterator[ReplayedPiece]:
+        """Replay all ticks and yield the decisions of guard and control, in pieces."""
+        total = self._recorded.recording.tick_count
+        for columns in self._recorded.pieces():
+            progress("Replaying", columns.first / total)
+            self._columns = columns
+            self._again.begin(len(columns))
+            for k in range(len(columns)):
+                if columns.lost[k]:
+                    self._lose(k)
+                self._tick(k)
+            yield columns, self._again
+        progress("Replaying", 1.0)
 
     def _tick(self, k: int) -> None:
         columns, again, guarding = self._columns, self._again, self._guarding
@@ -140,12 +145,11 @@ class LiveReplay:
 
     def _prepare(self) -> None:
         """Prepare control as in the run; runs of earlier versions prepared nothing."""
-        for message in self._recorded.control:
-            if message["act"] == "prepare":
-                state = np.zeros(1, state_dtype(len(message["q"])))[0]
-                with readable(self._recorded.recording.path):
-                    state["q"] = message["q"]
-                self._control.prepare(state)
+        for message in self._acts["prepare"]:
+            state = np.zeros(1, state_dtype(len(message["q"])))[0]
+            with readable(self._recorded.recording.path):
+                state["q"] = message["q"]
+            self._control.prepare(state)
 
     def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
         state = self._state.copy()
@@ -157,10 +161,10 @@ class LiveReplay:
     def _wear(self) -> None:
         """Give the guard the limits of the person whose arm was learned."""
         with readable(self._recorded.recording.path):
-            message = self._worn[self._persons]
+            message = self._acts["wear"][self._persons]
             limits = read_person(message["person"])
             if self._instead.arm_is_other:
-                x = self._parameters(self._published[-1])
+                x = self._parameters(self._acts["publish"][-1])
                 limits = person_limits(self._recorded.assembly, self._machine, x)
             self._guarding.wear(limits, message["gravity_level"], message["is_driven"])
         self._persons += 1
@@ -169,9 +173,11 @@ class LiveReplay:
         """Return the number and the newest of the worker's findings that control knew."""
         if not self._found:
             return None
-        with readable(self._recorded.recording.path):
-            message = self._published[self._found - 1]
-            self._finding["now"], self._finding["x"] = message["t"], self._parameters(message)
+        if self._found != self._read:  # control asks in every tick
+            with readable(self._recorded.recording.path):
+                message = self._acts["publish"][self._found - 1]
+                self._finding["now"], self._finding["x"] = message["t"], self._parameters(message)
+            self._read = self._found
         return self._found, self._finding
 
     def _parameters(self, message: Message) -> Parameters:
@@ -192,13 +198,43 @@ class LiveReplay:
 
     def _lose(self, k: int) -> None:
         columns = self._columns
-        self._again.gaps.append((columns.t[k], self._lost[k]))
+        self._again.gaps.append((columns.t[k], columns.lost[k]))
         self._guarding.lose(k, columns)
         self._waiting.clear()
         self._settles_at = columns.t[k] + SETTLED_S
         name, share = self._names[columns.phase[k]], columns.mode[k][2]
         mode = next((mode for mode in MODES if mode.name.lower() == name), Mode.FLOATING)
         self._control.forget(mode, share if np.isfinite(share) else float(mode in (Mode.FLOATING, Mode.MOVING)))
+
+
+class _Acts(Sequence[Message]):
+    """Messages to control of one kind, by their places: of a long recording they stay in the file."""
+
+    def __init__(self, messages: Sequence[Message], places: Sequence[int]):
+        self._messages, self._places = messages, places
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    @overload
+    def __getitem__(self, number: int, /) -> Message: ...
+
+    @overload
+    def __getitem__(self, number: slice, /) -> list[Message]: ...
+
+    def __getitem__(self, number: int | slice, /) -> Message | list[Message]:
+        if isinstance(number, slice):
+            return [self._messages[place] for place in self._places[number]]
+        return self._messages[self._places[number]]
+
+
+def _acts(messages: Sequence[Message]) -> Mapping[str, Sequence[Message]]:
+    """Return the messages to control by their act."""
+    places: dict[str, array[int]] = {act: array("L") for act in ("level", "publish", "wear", "prepare")}
+    for k, message in enumerate(messages):
+        if message["act"] in places:
+            places[message["act"]].append(k)
+    return {act: _Acts(messages, found) for act, found in places.items()}
 
 
 def _verification(live: Mapping[str, Any]) -> Verification | None:

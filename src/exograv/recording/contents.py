@@ -61,7 +61,7 @@ class Content(Protocol):
 UNPACKED_BYTES_MAX = 64_000_000
 """Largest size of an unpacked chunk [byte]. The writer's chunks have about 1 MB; 100 kB can unpack to gigabytes."""
 
-CRC_BYTES = 10_000_000
+CRC_BYTES = 1_000_000
 """Bytes that one step reads."""
 
 

@@ -3,6 +3,7 @@
 import json
 import sqlite3
 import struct
+from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,27 +58,33 @@ def read_joint_states(path: Path, joints: Sequence[str]) -> JointStates:
     Raises:
         RecordingError: The file cannot be read, or no message has position and effort of all joints.
     """
-    seen: set[str] = set()
-    rows: list[tuple[Any, ...]] = []
+    seen, count = set[str](), 0
+    stamps, q, v, effort = array("d"), array("d"), array("d"), array("d")
+    has_velocity = True
     for state in _states(path):
         seen.update(state.names)
         row = _row(state, joints)
         if row is not None:
-            rows.append(row)
-    if not rows:
+            count += 1
+            stamps.append(row[0])
+            q.extend(row[1])
+            effort.extend(row[3])
+            has_velocity = has_velocity and row[2] is not None
+            v.extend(row[2] or ())
+    if not count:
         raise RecordingError(
             f"{path} has no JointState message with position and effort of all joints ({', '.join(joints)}). "
             f"Joints there: {', '.join(sorted(seen)) or 'none'}."
         )
-    stamps, q, effort = (np.array([row[k] for row in rows], dtype=float) for k in (0, 1, 3))
-    t = stamps - stamps[0]
-    if all(row[2] is not None for row in rows):
-        return JointStates(t, q, np.array([row[2] for row in rows], dtype=float), effort)
+    t = np.array(stamps) - stamps[0]
+    positions, efforts = (np.array(column).reshape(count, len(joints)) for column in (q, effort))
+    if has_velocity:
+        return JointStates(t, positions, np.array(v).reshape(count, len(joints)), efforts)
     rising = np.concatenate([[True], np.diff(t) > 0.0])
     if np.count_nonzero(rising) < 2:
         raise RecordingError(f"{path}: the time stamps of the joint states do not rise.")
-    t, q, effort = t[rising], q[rising], effort[rising]
-    return JointStates(t, q, np.gradient(q, t, axis=0), effort)
+    t, positions, efforts = t[rising], positions[rising], efforts[rising]
+    return JointStates(t, positions, np.gradient(positions, t, axis=0), efforts)
 
 
 def _row(state: _State, joints: Sequence[str]) -> tuple[Any, ...] | None:

@@ -1,9 +1,11 @@
 """Logs of other robots (CSV, ROS recordings): read, cleaned and cut to the motion, with each loss counted."""
 
 import csv
+from array import array
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -107,19 +109,23 @@ def _lines(
     path: Path, joints: Sequence[str], choice: str | None, is_torque: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return line numbers and needed columns of the good rows, and line numbers of the bad ones."""
-    rows = _cells(path)
-    header = rows[0][1] if rows and not _has_number(rows[0][1]) else None
+    header, lengths = None, Counter[int]()
+    for _, cells in _cells(path):
+        if not lengths and not _has_number(cells):
+            header = cells
+        lengths[len(cells)] += 1
     columns = _columns(path, header, joints, choice, is_torque)
     needed = 1 + max(columns.places)
-    usual = Counter(len(cells) for _, cells in rows).most_common(1)[0][0] if rows else 0
+    usual = lengths.most_common(1)[0][0] if lengths else 0
     if usual < needed:
         raise RecordingError(f"{path} has {usual} columns; {len(joints)} joints need {needed}: {USUAL}.")
-    body = rows if header is None else rows[1:]
-    parsed = [(line, _needed(cells, columns) if len(cells) == usual else None) for line, cells in body]
-    good = [(line, numbers) for line, numbers in parsed if numbers is not None]
-    lines = np.array([line for line, _ in good], dtype=int)
-    values = np.array([numbers for _, numbers in good], dtype=float).reshape(-1, len(columns.places))
-    return lines, values, np.array([line for line, numbers in parsed if numbers is None], dtype=int)
+    # The file is read a second time: its texts take ten times the memory of the needed numbers.
+    lines, bad, values = array("q"), array("q"), array("d")
+    for line, cells in islice(_cells(path), int(header is not None), None):
+        numbers = _needed(cells, columns) if len(cells) == usual else None
+        (bad if numbers is None else lines).append(line)
+        values.extend(numbers or ())
+    return np.array(lines, int), np.array(values).reshape(-1, len(columns.places)), np.array(bad, int)
 
 
 def _columns(
@@ -135,10 +141,11 @@ def _needed(cells: list[str], columns: Columns) -> list[float] | None:
     return _numbers([cells[place] for place in columns.places])
 
 
-def _cells(path: Path) -> list[tuple[int, list[str]]]:
+def _cells(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of each line that is not empty."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            return [(line, cells) for line, cells in enumerate(csv.reader(stream), start=1) if cells]
+            yield from ((line, cells) for line, cells in enumerate(csv.reader(stream), start=1) if cells)
     except OSError as error:
         raise RecordingError(f"The log {path} cannot be read: {error.strerror}. Check its path.") from error
     except (UnicodeDecodeError, csv.Error) as error:

@@ -9,15 +9,11 @@ from .contents import ChunkPart, Contents, parts_in
 from .encoding import tick_dtype
 from .fields import Message
 from .file_content import foreign_messages_refused, read_content
-from .message_check import read_message
 from .reader import Recording, remark_on, settings_of, stream_types, streams_of
 from .schema import CHANNELS, SETTINGS, TICK
-from .stored_messages import StoredMessages
+from .stored_messages import ChannelMessages
 from .stored_ticks import StoredTicks
 from .stream_block import TOPICS, StreamBlock, unpacked
-
-IN_MEMORY_BYTES = 1_000_000
-"""Size of a channel above which its messages stay in the file; as Python objects they take several times as much."""
 
 
 def open_recording(path: Path) -> Recording:
@@ -52,36 +48,6 @@ def _scanned(path: Path) -> Recording:
     return Recording(scan.path, settings, none, remark, messages, streams, scan.ticks)
 
 
-class _Channel:
-    """Messages of a channel: in memory as long as they are few, otherwise by their places in the file."""
-
-    def __init__(self, path: Path, topic: str):
-        self._path, self._channel = path, CHANNELS[topic]
-        self._places = StoredMessages(path, self._channel)
-        self._texts: list[bytes] | None = []
-        self._size = 0
-
-    def take(self, part: ChunkPart) -> None:
-        """Take the next message."""
-        self._places.add(part.chunk, part.offset)
-        self._size += len(part.data)
-        if self._size > IN_MEMORY_BYTES:
-            self._texts = None
-        elif self._texts is not None:
-            self._texts.append(bytes(part.data))
-
-    def first(self) -> list[bytes]:
-        """Return the text of the first message, in a list; empty if there is none."""
-        return (self._texts or [])[:1]
-
-    def messages(self, settings: Message) -> list[Message] | StoredMessages:
-        """Return all messages of the channel, in memory or read from the file on demand."""
-        if self._texts is None:
-            self._places.settings = settings
-            return self._places
-        return [read_message(self._path, self._channel, text, settings) for text in self._texts]
-
-
 @dataclass
 class _Scan:
     """First pass through a file."""
@@ -95,7 +61,7 @@ class _Scan:
     """Samples of other devices without their values, by topic."""
 
     def __post_init__(self):
-        self.channels = {topic: _Channel(self.path, topic) for topic in CHANNELS if topic != TICK.topic}
+        self.channels = {topic: ChannelMessages(self.path, topic) for topic in CHANNELS if topic != TICK.topic}
         self._ticks: StoredTicks | None = None
         self._types: dict[str, str] = {}
         self._settings: Message | None = None
@@ -104,7 +70,7 @@ class _Scan:
     def settings(self) -> Message:
         """Settings of the run: the message of the channel `/settings`."""
         if self._settings is None:
-            self._settings = settings_of(self.path, self.channels[SETTINGS.topic].first())
+            self._settings = settings_of(self.path, self.channels[SETTINGS.topic].first)
         return self._settings
 
     @property

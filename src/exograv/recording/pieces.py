@@ -1,16 +1,16 @@
-"""Reader for recordings larger than memory: chosen messages complete, ticks in pieces, in one pass."""
+"""Reader for recordings larger than memory: chosen messages, and ticks in pieces, in one pass."""
 
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from .contents import Contents, messages_in
+from .contents import ChunkPart, Contents, parts_in
 from .encoding import tick_dtype, unpacked_ticks
 from .file_content import read_content
-from .message_check import read_message
 from .reader import Recording, remark_on, settings_of
-from .schema import CHANNELS, SETTINGS, TICK
+from .schema import SETTINGS, TICK
+from .stored_messages import ChannelMessages
 
 
 class RecordingPass:
@@ -21,11 +21,11 @@ class RecordingPass:
 
         Args:
             path: The recording.
-            topics: JSON channels to keep, beside `/settings`.
+            topics: JSON channels to keep, beside `/settings`. Messages of a long channel stay in the file.
         """
         self.path = Path(path)
         self._wanted = {SETTINGS.topic, *topics}
-        self._parts: dict[str, list[bytes]] = {topic: [] for topic in self._wanted}
+        self._channels: dict[str, ChannelMessages] = {}
         self._last, self._size, self._found = np.empty(0), 0, Contents()
         self._is_through = False
 
@@ -36,13 +36,14 @@ class RecordingPass:
             RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
         """
         n_joints, version = 0, 0
-        for topic, data in self._messages():
-            if topic in self._wanted:
-                self._parts[topic].append(data)
-            elif topic == TICK.topic:
+        for part in self._parts():
+            if part.topic in self._wanted:
+                self._channels[part.topic].take(part)
+            elif part.topic == TICK.topic:
                 if not version:  # settings come first in the file
-                    settings = settings_of(self.path, self._parts[SETTINGS.topic])
+                    settings = settings_of(self.path, self._channels[SETTINGS.topic].first)
                     n_joints, version = len(settings["joints"]), settings["schema_version"]
+                data = part.data if isinstance(part.data, bytes) else part.data.tobytes()
                 ticks = unpacked_ticks(data, n_joints, version)
                 self._last = ticks[-1:]
                 yield ticks
@@ -57,23 +58,18 @@ class RecordingPass:
         if not self._is_through:
             for _ in self.ticks():
                 pass
-        settings = settings_of(self.path, self._parts[SETTINGS.topic])
-        messages = {
-            topic: [read_message(self.path, CHANNELS[topic], data, settings) for data in parts]
-            for topic, parts in self._parts.items()
-            if topic != SETTINGS.topic
-        }
+        settings = settings_of(self.path, self._channels[SETTINGS.topic].first)
+        messages = {topic: one.messages(settings) for topic, one in self._channels.items() if topic != SETTINGS.topic}
         none = np.empty(0, tick_dtype(len(settings["joints"])))
         last = self._last if len(self._last) else none
         return Recording(self.path, settings, none, remark_on(self.path, self._size, self._found, last), messages)
 
-    def _messages(self) -> Iterator[tuple[str, bytes]]:
-        for parts in self._parts.values():
-            parts.clear()
+    def _parts(self) -> Iterator[ChunkPart]:
+        self._channels = {topic: ChannelMessages(self.path, topic) for topic in self._wanted}
         self._found = Contents()
         with read_content(self.path) as content:
             self._size = len(content)
-            yield from messages_in(content, self._found)
+            yield from parts_in(content, self._found)
 
 
 def read_topics(path: Path, topics: Collection[str]) -> Recording:

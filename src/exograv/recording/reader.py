@@ -73,6 +73,11 @@ class Recording:
         """Return the last message of a JSON channel, or an empty one."""
         return (self.messages(topic) or [{}])[-1]
 
+    @property
+    def tick_count(self) -> int:
+        """Number of ticks, in memory or in the file."""
+        return sum(self.stored.counts.values()) if self.stored is not None else len(self.ticks)
+
     def pieces(self, fields: Sequence[str]) -> Iterator[np.ndarray]:
         """Yield these fields of all ticks, in pieces (tick,) that fit into memory."""
         if self.stored is not None:

@@ -86,6 +86,12 @@ SESSION_FILE = StateFile[KeptSession](
 )
 
 
+def session_name(participant: str | None, protocol: str, session: int, windows: int | None = None) -> str:
+    """Return the name of the files of a session with a person, or of a trial of its first windows, without suffix."""
+    part = "" if windows is None else f"-first-{windows}"
+    return f"{participant or 'console'}_{Path(protocol).stem}{part}_{session:02d}"
+
+
 def checkpoint_path(folder: Path, session: str, *, is_simulated: bool) -> Path:
     """Return the checkpoint of a session by its name. A simulation has another file, so that it blocks no session."""
     return folder / f"{session}{'.simulated' if is_simulated else ''}.run.json"

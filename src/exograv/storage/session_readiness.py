@@ -15,7 +15,7 @@ from exograv.task.state import RunState
 from .calibration_file import identity_of, refuse_other_machine
 from .machine_readiness import Check, MachineReadiness, age_text
 from .participant_file import AGAIN, read_participant, refuted_text
-from .session_checkpoint import SESSION_FILE, checkpoint_path
+from .session_checkpoint import SESSION_FILE, checkpoint_path, session_name
 
 FORM = "--body-height M --body-mass KG --sex female"
 """Options of a form whose values the operator fills in."""
@@ -159,12 +159,6 @@ class SessionReadiness:
             for protocol, count in expected.items()
         )
         return Check("study", True, f"{there or len(keys)} are in {study}.")
-
-
-def session_name(participant: str | None, protocol: str, session: int, windows: int | None = None) -> str:
-    """Return the name of the files of a session with a person, or of a trial of its first windows, without suffix."""
-    part = "" if windows is None else f"-first-{windows}"
-    return f"{participant or 'console'}_{Path(protocol).stem}{part}_{session:02d}"
 
 
 def participants_in(folder: Path) -> Path:

@@ -308,7 +308,8 @@ def _remarks(stream: DeviceStream, rhythm: Rhythm, foreign: Samples | None) -> l
 
 
 def _robot(recording: Recording) -> RobotSync | None:
-    ticks = recording.ticks[np.isfinite(recording.ticks["monotonic"])]
+    pieces = recording.pieces(("now", "monotonic"))
+    ticks = np.concatenate([ticks[np.isfinite(ticks["monotonic"])] for ticks in pieces] or [np.empty(0)])
     if len(ticks) < 2:
         return None
     ahead = ticks["now"] - ticks["monotonic"]

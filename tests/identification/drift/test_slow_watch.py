@@ -10,8 +10,9 @@ from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import DISTURBANCE_SD, prior
-from exograv.identification.drift.slow_causes import Kind, effects, place_of, possible_causes
-from exograv.identification.drift.slow_watch import SlowJudgement, SlowWatch
+from exograv.identification.drift.slow_causes import effects, place_of, possible_causes
+from exograv.identification.drift.slow_change import Kind, SlowJudgement
+from exograv.identification.drift.slow_watch import SlowWatch
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble

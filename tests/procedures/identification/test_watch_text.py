@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.identification.drift.slow_causes import Cause, Kind
-from exograv.identification.drift.slow_watch import FoundChange, SlowJudgement
+from exograv.identification.drift.slow_change import Cause, FoundChange, Kind, SlowJudgement
 from exograv.procedures.identification.watch_text import SENTENCES, change_text, watch_text
 
 

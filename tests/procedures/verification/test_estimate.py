@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.dynamics.parameters import ParameterLayout
-from exograv.identification.core.left_over import RESTLESS
+from exograv.identification.core.interface import RESTLESS
 from exograv.model.arm import held_weight
 from exograv.procedures.verification.estimate import LeftOverEstimator
 

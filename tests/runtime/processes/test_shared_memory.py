@@ -101,6 +101,14 @@ def test_a_ring_gives_all_values_in_order(ring: Ring):
     assert ring.lost == 0
 
 
+def test_a_lazy_ring_is_as_empty_as_another_one_and_gives_all_values_in_order():
+    with contextlib.closing(Ring(np.dtype("<i8"), 4, is_lazy=True)) as lazy:
+        assert lazy.take().tolist() == []
+        for value in (3, 1, 2):
+            lazy.put(np.array(value))
+        assert lazy.take().tolist() == [3, 1, 2]
+
+
 def test_a_full_ring_counts_dropped_values_and_keeps_its_own(ring: Ring):
     room = [ring.put(value(k)) for k in range(CAPACITY + 5)]
     assert room == [True] * CAPACITY + [False] * 5

@@ -1,7 +1,6 @@
 """Replay of a recording, with the ticks in which control or guard decide differently."""
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,23 +8,21 @@ import numpy as np
 
 from exograv.live.replay import LiveReplay
 from exograv.loop.pilot import Progress
-from exograv.loop.replay.columns import Columns, ReplayedDecisions
+from exograv.loop.replay.columns import ReplayedDecisions
 from exograv.loop.replay.difference import (
     RESOLUTION_NM,
-    Difference,
+    Comparison,
     FirstDifference,
     PhaseDifference,
     TorqueDifference,
-    by_phase,
-    differences,
-    first_difference,
-    recorded_stops,
 )
 from exograv.loop.replay.lockstep_replay import Lockstep
 from exograv.loop.replay.options import InsteadOptions
 from exograv.loop.replay.reasons import circumstances
 from exograv.loop.replay.recorded_run import RecordedRun, recorded
 from exograv.loop.replay.what_if import AS_RECORDED, ReplayOverrides
+from exograv.recording import Recording
+from exograv.report.figures.replay_data import ReplaySeries
 from exograv.results import MERGED
 
 
@@ -130,34 +127,53 @@ def run_replay(
     progress("Reading the recording", 0.0)
     with recorded(file, instead.rig) as run:
         progress("Reading the recording", 1.0)
-        again = again_of(run, instead, progress)
-        columns = Columns(run.recording.ticks)
-        found = differences(columns, again)
-        result = figures(run, columns, again, found, instead)
-        figure = None if folder is None else _draw(run, columns, again, found, folder)
+        again, compared, series = _flown(run, instead, progress, is_drawn=folder is not None)
+        result = figures(run, again, compared, instead)
+        figure = None if folder is None or series is None else _draw(run, series, folder)
     return ReplayResult(result, figure, round(time.perf_counter() - start, 2))
 
 
-def again_of(run: RecordedRun, instead: ReplayOverrides, progress: Progress) -> ReplayedDecisions:
-    """Return the decisions of control and guard in the replay."""
+def _flown(
+    run: RecordedRun, instead: ReplayOverrides, progress: Progress, *, is_drawn: bool
+) -> tuple[ReplayedDecisions, Comparison, ReplaySeries | None]:
+    """Return the findings of the replay, its comparison with the recording, and the curves of the figure."""
     flight = Lockstep(run, instead) if run.live is None else LiveReplay(run, instead)
-    return flight.fly(progress)
+    recording, names = run.recording, run.phase_names
+    compared, again = Comparison(recording.joints, names), ReplayedDecisions.of(0, len(recording.joints))
+    ticks = (_first_worn(recording), recording.tick_count) if is_drawn else (0, 0)
+    series = ReplaySeries(recording.joints, names, ticks, RESOLUTION_NM) if is_drawn else None
+    for columns, again in flight.fly(progress):
+        difference = compared.add(columns, again)["tau_commanded"].by_tick
+        if series is not None:
+            torques = columns["tau_commanded"], again.tau_commanded, difference
+            series.add(columns.first, columns["t"], columns["phase"], torques)
+    if series is not None:
+        series.gaps = [t for t, _ in again.gaps]
+    return again, compared, series
+
+
+def _first_worn(recording: Recording) -> int:
+    """Return the first tick with an arm in the machine; 0 without one.
+
+    The figure begins there: minutes of an empty machine would leave the arm no room.
+    """
+    first = 0
+    for ticks in recording.pieces(("gravity_level",)):
+        worn = np.flatnonzero(np.isfinite(ticks["gravity_level"]))
+        if len(worn):
+            return first + int(worn[0])
+        first += len(ticks)
+    return 0
 
 
 def figures(
-    run: RecordedRun,
-    columns: Columns,
-    again: ReplayedDecisions,
-    found: Mapping[str, Difference],
-    instead: ReplayOverrides,
+    run: RecordedRun, again: ReplayedDecisions, compared: Comparison, instead: ReplayOverrides
 ) -> ReplayFigures:
     """Return the figures of the comparison of replay and recording."""
-    settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
-    first = first_difference(columns, run.recording.joints, found)
-    others = np.flatnonzero((np.array(columns.safe_state) != again.safe_state) & again.knows_guard)
-    is_identical = all(one.is_identical for one in found.values())
+    settings = run.recording.settings
     # On another processor, torques and states may differ by rounding.
-    same = first is None and not len(others) and not (is_identical and again.guard_differs)
+    is_identical = all(compared.is_identical.values())
+    same = compared.first is None and not compared.other_states and not (is_identical and again.guard_differs)
     return ReplayFigures(
         ok=same or instead.is_anything,
         recording=run.recording.path,
@@ -166,43 +182,27 @@ def figures(
         command=settings.get("command"),
         world=settings.get("world"),
         joints=run.recording.joints,
-        ticks=len(columns),
-        compared={name: int(np.isfinite(one.by_tick).all(axis=1).sum()) for name, one in found.items()},
-        given=int((~again.is_rebuilt).sum()),
+        ticks=compared.ticks,
+        compared={name: spread.ticks for name, spread in compared.spreads.items()},
+        given=compared.given,
         resolution_Nm=RESOLUTION_NM,
-        bit_identical={name: one.is_identical for name, one in found.items()},
-        first_difference=first,
-        difference_Nm={name: one.of(everywhere) for name, one in found.items()},
-        phases=by_phase(columns, run.phase_names, found),
-        safe_state_differs=SafeStateDifference(len(others), round(columns.t[others[0]], 6) if len(others) else None),
+        bit_identical=compared.is_identical,
+        first_difference=compared.first,
+        difference_Nm={name: spread.difference for name, spread in compared.spreads.items()},
+        phases=compared.phases,
+        safe_state_differs=SafeStateDifference(compared.other_states, compared.first_other_state_s),
         guard_states=GuardStates(again.guard_equal, [round(t, 6) for t in again.guard_differs], again.guard_restored),
-        stops=ReplayedStops(recorded_stops(columns), [ReplayedStop(round(t, 6), cause) for t, cause in again.stops]),
+        stops=ReplayedStops(compared.recorded_stops_s, [ReplayedStop(round(t, 6), cause) for t, cause in again.stops]),
         gaps=[RecordingGap(round(t, 6), lost) for t, lost in again.gaps],
         instead=instead,
         circumstances=circumstances(run, again, instead),
     )
 
 
-def _draw(
-    run: RecordedRun, columns: Columns, again: ReplayedDecisions, found: Mapping[str, Difference], folder: Path
-) -> Path:
-    from exograv.report.figures.replay import Series, draw  # Matplotlib: 0.4 s
+def _draw(run: RecordedRun, series: ReplaySeries, folder: Path) -> Path:
+    from exograv.report.figures.replay import draw  # Matplotlib: 0.4 s
     from exograv.report.style.figure_style import mark_simulated, write_picture
 
-    # The figure begins with the arm in the machine: minutes of an empty machine would leave it no room.
-    worn = slice(int(np.isfinite(columns["gravity_level"]).argmax()), None)
-    names, phase, t = run.phase_names, columns["phase"][worn], columns["t"][worn]
-    begins = np.flatnonzero(np.diff(phase.astype(int), prepend=-1))
-    series = Series(
-        t=t,
-        recorded=columns["tau_commanded"][worn],
-        again=again.tau_commanded[worn],
-        difference=found["tau_commanded"].by_tick[worn],
-        joints=run.recording.joints,
-        phases=[(t[k], names[phase[k]]) for k in begins],
-        gaps=[t for t, _ in again.gaps],
-        resolution=RESOLUTION_NM,
-    )
     simulated = run.recording.is_simulated
     return write_picture(
         folder / f"{run.recording.path.stem}_replay.png", lambda: mark_simulated(draw(series), simulated)

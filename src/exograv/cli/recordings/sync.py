@@ -33,14 +33,14 @@ class SyncShown:
 def run_sync(command: Sync, common: OutFolder) -> SyncShown:
     """Show how well the streams in a recording are synchronised with the robot's clock, and their missing samples."""
     from exograv.cli.shell.progress import FIRST_LINE_S, bars
-    from exograv.recording import read_recording
+    from exograv.recording import open_recording
     from exograv.report.figures.sync import draw_streams
     from exograv.report.style.figure_style import mark_simulated, write_picture
     from exograv.study.sync import sync_figures
 
     with bars(FIRST_LINE_S) as progress:
         progress(f"Reading {command.file.name}", 0.0)
-        recording = read_recording(command.file)
+        recording = open_recording(command.file)
         progress("Comparing the clocks of the streams", 0.3)
         result = sync_figures(recording)
         picture = write_picture(

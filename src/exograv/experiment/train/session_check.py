@@ -7,7 +7,7 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
-from exograv.identification.drift.slow_watch import FoundChange, SlowJudgement
+from exograv.identification.drift.slow_change import FoundChange, SlowJudgement
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.model.arm import is_plausible

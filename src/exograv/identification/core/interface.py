@@ -14,6 +14,9 @@ Joints = Float[np.ndarray, " joint"]
 Parameters = Float[np.ndarray, " parameter"]
 Covariance = Float[np.ndarray, "parameter parameter"]
 
+RESTLESS = 2.0
+"""Slow torque over its usual size [-]; a wearer above it does not relax."""
+
 
 @dataclass(slots=True)
 class RequestedMotion:

@@ -11,7 +11,7 @@ from exograv.model.support import sample_postures
 
 from .arm_model import ArmModel
 from .hidden_cuffs import ALONG
-from .interface import Agreement, Covariance, Estimate, Joints, Outcome, Parameters
+from .interface import RESTLESS, Agreement, Covariance, Estimate, Joints, Outcome, Parameters
 
 TARGET_NM = {"shoulder": 0.2, "elbow": 0.1, "wrist": 0.05}
 """Predicted left over, discrepancy included, at which identification may stop, by place of the joint [N·m]."""
@@ -21,9 +21,6 @@ PostureTorque = Float[np.ndarray, "posture joint"]
 POSTURES = 32
 LOOK_AHEAD_S = 10.0
 WORTHWHILE = 0.05  # share by which the look-ahead must still improve the prediction
-
-RESTLESS = 2.0
-"""Slow torque over its usual size [-]; a wearer above it does not relax."""
 
 REJECTED_MAX = 0.3
 """Largest share of samples that fit no relaxed arm [-]; a wearer above it does not relax."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exograv.identification.core.left_over import RESTLESS
+from exograv.identification.core.interface import RESTLESS
 from exograv.identification.core.noise import Noise
 
 from .alarm_rate import Joints

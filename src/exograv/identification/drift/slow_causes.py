@@ -1,6 +1,5 @@
 """Slow changes of a worn machine, and the torque by which each would change the same motion."""
 
-import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -14,29 +13,9 @@ from exograv.identification.core.hidden_cuffs import ALONG
 from exograv.identification.core.interface import Parameters, Sample
 from exograv.model.rig_settings import Place
 
+from .slow_change import Cause, Kind
+
 Effect = Float[np.ndarray, "sample joint column"]
-
-
-class Kind(enum.Enum):
-    """Kind of a slow change."""
-
-    CUFF = "cuff"
-    """A cuff has moved along the limb [m]."""
-
-    SHOULDER = "shoulder"
-    """The wearer's shoulder has moved in the machine: three axes of the base [m]."""
-
-    WARM_UP = "warm_up"
-    """Friction of all drives has changed by the same share [-]."""
-
-    FRICTION = "friction"
-    """Coulomb and viscous friction of a drive have changed by the same share [-]."""
-
-    CONSTANT = "constant"
-    """Torque per current of a drive has changed [-]: positive where the motor gives less than its current says."""
-
-    TONE = "tone"
-    """The relaxed wearer gives a constant torque about a freedom of the arm [N·m]."""
 
 
 USUAL_SIZE: Mapping[Kind, float] = MappingProxyType(
@@ -55,17 +34,6 @@ of their strength, and muscles that do not relax give twice the assumed slow tor
 
 HAPPENS: Mapping[Kind, float] = MappingProxyType({**dict.fromkeys(Kind, 0.02), Kind.WARM_UP: 0.3})
 """Prior probability of a change since the motion before [-]. Assumed; all drives of a machine in use warm up."""
-
-
-@dataclass(frozen=True)
-class Cause:
-    """Slow change that a check considers, such as a cuff that slides."""
-
-    kind: Kind
-    place: str
-    """Name of the cuff, the joint or the freedom."""
-    columns: tuple[int, ...]
-    """Columns of the effects that belong to this change."""
 
 
 @dataclass(frozen=True)

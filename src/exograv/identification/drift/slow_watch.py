@@ -23,13 +23,14 @@ from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Covariance, Parameters, Sample
-from exograv.identification.core.left_over import RESTLESS, TARGET_NM
+from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.core.prior import DISTURBANCE_SD
 from exograv.identification.core.square_root import GATE
 from exograv.model.assembly import Assembly
 from exograv.model.loops import FIT
 
-from .slow_causes import HAPPENS, USUAL_SIZE, Cause, Kind, effects, place_of, possible_causes
+from .slow_causes import HAPPENS, USUAL_SIZE, effects, place_of, possible_causes
+from .slow_change import Cause, FoundChange, Kind, SlowJudgement
 
 TOGETHER = 3
 """Largest number of changes that may have happened at once."""
@@ -70,43 +71,6 @@ ENDS_SD = 1.96
 Joints = Float[np.ndarray, " joint"]
 Column = Float[np.ndarray, " sample"]
 Difference = Float[np.ndarray, "sample joint"]
-
-
-@dataclass(frozen=True)
-class FoundChange:
-    """Change that the check has found, or one of several that it cannot tell apart."""
-
-    cause: Cause
-    size: float
-    """Most likely size, in the unit of its `Kind`; of a shoulder the distance."""
-    half_width: float
-    """Half width of the 95 % interval of the size."""
-    probability: float
-    """Posterior probability that this change has happened [-]."""
-    torque_Nm: Joints
-    """Torque of the change, RMS over the motion (joint,) [N·m]."""
-
-
-@dataclass(frozen=True)
-class SlowJudgement:
-    """Result of one check."""
-
-    changes: tuple[FoundChange, ...]
-    """Changes that have surely happened, each beside or without the others."""
-    one_of: tuple[FoundChange, ...]
-    """Changes of which at least one has happened, and which the motion cannot tell apart; empty if it can."""
-    noise_scale: float
-    """Size of the wearer's slow torque over the assumed size [-]."""
-
-    @property
-    def is_restless(self) -> bool:
-        """True if the wearer did not relax. Such a check tells nothing."""
-        return self.noise_scale > RESTLESS
-
-    @property
-    def is_silent(self) -> bool:
-        """True if there is nothing to tell."""
-        return self.is_restless or not (self.changes or self.one_of)
 
 
 class SlowWatch:

@@ -1,23 +1,35 @@
 """Ticks as plain columns. Reading a field of a packed row would take longer than the decision itself."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.loop.pilot import Progress
 from exograv.signals import JointState, TorqueSource
 
-PROGRESS_TICKS = 2000
+FIELDS = (
+    "t", "now", "drive", "gravity_level", "arm_share", "phase", "safe_state", "sequence", "control", "seen", "faulty",
+    "acts", "q_measured", "q_reference", "v_reference", "a_reference", "q_motor", "current", "tau_measured",
+    "tau_desired", "tau_commanded",
+)  # fmt: skip
+"""Fields of a tick that a replay reads."""
 
 Torques = Float[np.ndarray, "tick joint"]
 
 
 class Columns:
-    """Columns of the recorded ticks, and each measurement as the guard received it."""
+    """Columns of recorded ticks that follow each other, and each measurement as the guard received it."""
 
-    def __init__(self, ticks: np.ndarray):
+    def __init__(self, ticks: np.ndarray, first: int = 0, lost: Sequence[int] = ()):
+        """Take ticks with at least `FIELDS`.
+
+        Args:
+            ticks: The ticks.
+            first: Number of the first of them in the recording.
+            lost: Number of unrecorded ticks before each; empty if none is missing.
+        """
+        self.first, self.lost = first, lost or [0] * len(ticks)
         self._columns = {name: np.ascontiguousarray(ticks[name]) for name in ticks.dtype.names or ()}
         self.t, self.now = (self._columns[name].tolist() for name in ("t", "now"))
         numbers = ("control", "seen", "acts", "safe_state", "sequence", "phase", "faulty")
@@ -28,11 +40,11 @@ class Columns:
         self.mode = list(zip(*(self._columns[name].tolist() for name in modes), strict=True))
 
     def __len__(self) -> int:
-        """Return the number of ticks."""
+        """Return the number of these ticks."""
         return len(self.t)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return one field of all ticks."""
+        """Return one field of these ticks."""
         return self._columns[name]
 
     def state(self, k: int) -> JointState:
@@ -55,7 +67,10 @@ class Columns:
 
 @dataclass
 class ReplayedDecisions:
-    """Decisions of control and guard in the replay, one row per tick; NaN where there is no decision."""
+    """Decisions of control and guard in the replay: arrays of the present ticks, and findings about all ticks so far.
+
+    The arrays have one row per tick; NaN where there is no decision.
+    """
 
     tau_desired: Torques
     tau_commanded: Torques
@@ -89,12 +104,12 @@ class ReplayedDecisions:
         known = np.ones((3, ticks), bool)
         return cls(nothing, nothing.copy(), np.zeros(ticks, dtype=np.int64), known[0], known[1], known[2])
 
+    def begin(self, ticks: int) -> None:
+        """Take new arrays for the next ticks; the findings stay."""
+        new = ReplayedDecisions.of(ticks, self.tau_desired.shape[1])
+        self.tau_desired, self.tau_commanded, self.safe_state = new.tau_desired, new.tau_commanded, new.safe_state
+        self.is_rebuilt, self.knows_control, self.knows_guard = new.is_rebuilt, new.knows_control, new.knows_guard
 
-def each_tick(columns: Columns, progress: Progress) -> Iterator[int]:
-    """Yield the numbers of all ticks in order. Call `progress` from time to time and at the end."""
-    total = len(columns)
-    for k in range(total):
-        yield k
-        if k % PROGRESS_TICKS == 0:
-            progress("Replaying", k / total)
-    progress("Replaying", 1.0)
+
+ReplayedPiece = tuple[Columns, ReplayedDecisions]
+"""Ticks that follow each other, and the decisions about them."""

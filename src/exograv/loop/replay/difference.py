@@ -1,6 +1,6 @@
 """Difference between replayed and recorded torques: per joint and phase, first and largest."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +51,7 @@ class PhaseDifference:
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of one kind of torque."""
+    """Difference of one kind of torque, in ticks that follow each other."""
 
     by_tick: Float[np.ndarray, "tick joint"]
     """Replayed minus recorded torque [N·m]; NaN where nothing is compared."""
@@ -62,14 +62,104 @@ class Difference:
     differs: Bool[np.ndarray, " tick"]
     """True if the difference exceeds the resolution, or if only one of recording and replay has a decision."""
 
-    def of(self, ticks: Bool[np.ndarray, " tick"]) -> TorqueDifference:
-        """Largest and RMS difference of these ticks, one value per joint [N·m]."""
-        chosen = self.by_tick[ticks]
-        chosen = chosen[np.isfinite(chosen).all(axis=1)]
-        if not len(chosen):
+
+class Spread:
+    """Largest and RMS difference of one kind of torque, in constant memory."""
+
+    def __init__(self, joints: int):
+        self.ticks = 0
+        """Ticks that are compared."""
+        self._largest, self._squares = np.zeros(joints), np.zeros(joints)
+
+    def add(self, by_tick: Float[np.ndarray, "tick joint"]) -> None:
+        """Take differences [N·m]; ticks with a NaN are left out."""
+        chosen = by_tick[np.isfinite(by_tick).all(axis=1)]
+        self.ticks += len(chosen)
+        self._largest = np.maximum(self._largest, np.abs(chosen).max(axis=0, initial=0.0))
+        self._squares += (chosen**2).sum(axis=0)
+
+    @property
+    def difference(self) -> TorqueDifference:
+        """Largest and RMS difference so far, one value per joint [N·m]."""
+        if not self.ticks:
             return TorqueDifference([], [])
-        columns = np.abs(chosen).max(axis=0), np.sqrt((chosen**2).mean(axis=0))
+        columns = self._largest, np.sqrt(self._squares / self.ticks)
         return TorqueDifference(*([float(f"{value:.4g}") for value in column] for column in columns))
+
+
+class Comparison:
+    """Comparison of a replay with its recording, piece by piece: its memory does not grow with the recording."""
+
+    def __init__(self, joints: tuple[str, ...], phases: Sequence[str]):
+        self._joints, self._phase_names = joints, phases
+        self.ticks = self.given = self.other_states = 0
+        """Ticks; those whose torque of control was taken from the recording; those with another safe state."""
+        self.first_other_state_s: float | None = None
+        self.first: FirstDifference | None = None
+        self.recorded_stops_s = list[float]()
+        """Times at which the guard began a soft descent in the run [s]."""
+        self.is_identical = dict.fromkeys(WHAT, True)
+        self.spreads = {name: Spread(len(joints)) for name in WHAT}
+        self._phases: dict[int, _Phase] = {}
+        self._was_stopped = False
+
+    def add(self, columns: Columns, again: ReplayedDecisions) -> Mapping[str, Difference]:
+        """Take the next ticks, and return their differences for the desired and the commanded torque."""
+        found = differences(columns, again)
+        self.ticks += len(columns)
+        self.given += int(np.count_nonzero(~again.is_rebuilt))
+        self.first = self.first or first_difference(columns, self._joints, found)
+        for name, one in found.items():
+            self.is_identical[name] &= one.is_identical
+            self.spreads[name].add(one.by_tick)
+        self._add_phases(columns, found)
+        self._add_states(columns, again)
+        return found
+
+    @property
+    def phases(self) -> list[PhaseDifference]:
+        """Differences of each phase, in the order of the run."""
+        return [
+            PhaseDifference(
+                self._phase_names[number] or "before the first phase",
+                one.from_s,
+                one.ticks,
+                **{name: spread.difference for name, spread in one.spreads.items()},
+            )
+            for number, one in sorted(self._phases.items())
+        ]
+
+    def _add_phases(self, columns: Columns, found: Mapping[str, Difference]) -> None:
+        numbers = np.array(columns.phase)
+        for number in np.unique(numbers).tolist():
+            ticks = np.flatnonzero(numbers == number)
+            if number not in self._phases:
+                spreads = {name: Spread(len(self._joints)) for name in WHAT}
+                self._phases[number] = _Phase(columns.t[ticks[0]], spreads)
+            phase = self._phases[number]
+            phase.ticks += len(ticks)
+            for name, one in found.items():
+                phase.spreads[name].add(one.by_tick[ticks])
+
+    def _add_states(self, columns: Columns, again: ReplayedDecisions) -> None:
+        states = np.array(columns.safe_state)
+        others = np.flatnonzero((states != again.safe_state) & again.knows_guard)
+        self.other_states += len(others)
+        if len(others) and self.first_other_state_s is None:
+            self.first_other_state_s = round(columns.t[others[0]], 6)
+        stopped = states >= STOPPED
+        begins = np.flatnonzero(stopped & ~np.concatenate(([self._was_stopped], stopped[:-1])))
+        self.recorded_stops_s += [round(columns.t[k], 6) for k in begins]
+        self._was_stopped = bool(stopped[-1])
+
+
+@dataclass
+class _Phase:
+    """Differences of one phase so far."""
+
+    from_s: float
+    spreads: dict[str, Spread]
+    ticks: int = 0
 
 
 def differences(columns: Columns, again: ReplayedDecisions) -> Mapping[str, Difference]:
@@ -121,22 +211,4 @@ def first_difference(
     joint = int(np.argmax(np.where(np.isnan(gaps), np.inf, gaps)))
     size = found[name].by_tick[tick, joint]
     shown = None if np.isnan(size) else float(f"{size:.4g}")
-    return FirstDifference(tick, round(columns.t[tick], 6), name, joints[joint], shown)
-
-
-def by_phase(columns: Columns, names: list[str], found: Mapping[str, Difference]) -> list[PhaseDifference]:
-    """Differences of each phase, in the order of the run."""
-    phase, rows = np.array(columns.phase), []
-    for number in np.unique(phase).tolist():
-        ticks = phase == number
-        t = np.array(columns.t)[ticks]
-        name, torques = names[number] or "before the first phase", {what: found[what].of(ticks) for what in WHAT}
-        rows.append(PhaseDifference(name, float(t[0]), int(ticks.sum()), **torques))
-    return rows
-
-
-def recorded_stops(columns: Columns) -> list[float]:
-    """Return the times at which the guard began a soft descent in the run [s]."""
-    stopped = np.array(columns.safe_state) >= STOPPED
-    begins = np.flatnonzero(stopped & ~np.concatenate(([False], stopped[:-1])))
-    return [round(columns.t[k], 6) for k in begins]
+    return FirstDifference(columns.first + tick, round(columns.t[tick], 6), name, joints[joint], shown)

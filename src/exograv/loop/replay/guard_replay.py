@@ -10,7 +10,6 @@ from exograv.loop.control_step import AnsweringControl, ControlStep, Decision
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
 from exograv.model.description import RigDescription
-from exograv.recording.fields import Message
 from exograv.recording.guard_state import state_in
 from exograv.runtime.control_loop.exchange import ASTRAY, CONSENTED, DRIFTED, RESET, STOP_PRESSED, TOLD_LEVEL
 from exograv.safety.envelope import Envelope
@@ -23,6 +22,7 @@ from exograv.safety.stops import StopReason
 from exograv.signals import JointState
 
 from .columns import Columns, ReplayedDecisions
+from .recorded_run import GuardStates
 
 SETTLED_S = 0.5
 """Time after a gap in which restarted filters differ from those of the run [s]. The observer needs 50 ms, and the
@@ -64,7 +64,7 @@ class GuardReplay:
         self._description, self._actuators, self._period_s = description, actuators, period_s
         self._person, self._gravity_level, self._is_driven = person, gravity_level, False
         self._settles_at, self._is_blind = -np.inf, False
-        self._states: dict[float, Message] = {}
+        self._states = GuardStates()
         self._has_lost = False
         self.forget(None)
 
@@ -110,13 +110,13 @@ class GuardReplay:
         person = self.guard.envelope.person
         return self._gravity_level if person is None else person.gravity_level
 
-    def know(self, states: Sequence[Message]) -> None:
-        """Take the recorded states of the guard, the messages of `/guard`."""
-        self._states = {message["now"]: message for message in states}
+    def know(self, states: GuardStates) -> None:
+        """Take the recorded states of the guard."""
+        self._states = states
 
     def persons_by(self, now: float) -> int:
         """Return how many persons the guard of a live run had been given by this tick; 0 if no state says so."""
-        message = self._states.get(now)
+        message = self._states.at(now)
         return 0 if message is None else message["persons"]
 
     def lose(self, k: int, columns: Columns) -> None:
@@ -169,7 +169,7 @@ class GuardReplay:
         Control's memory of the time before a gap is lost, so its later torques and the guard's states never agree to
         the last bit again.
         """
-        message = self._states.get(now)
+        message = self._states.at(now)
         if message is None or self._is_other_run:
             return
         if message["version"] != f"{VERSION:08x}":

@@ -1,5 +1,6 @@
 """Replay of a run in lock-step: pilots, controllers and their commands, as recorded."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from exograv.loop.replay_log import read_actuators, read_machine, read_person
 from exograv.recording.fields import Message
 from exograv.signals import Reference
 
-from .columns import Columns, ReplayedDecisions, each_tick
+from .columns import Columns, ReplayedDecisions, ReplayedPiece
 from .guard_replay import SETTLED_S, GuardReplay
 from .recorded_run import RecordedRun, readable
 from .what_if import ReplayOverrides
@@ -34,32 +35,38 @@ class Lockstep:
 
     def __init__(self, recorded: RecordedRun, instead: ReplayOverrides):
         self._recorded, self._instead = recorded, instead
-        self._columns = Columns(recorded.recording.ticks)
-        self._lost = recorded.gaps.tolist()
-        self._again = ReplayedDecisions.of(len(self._columns), len(recorded.recording.joints))
+        self._again = ReplayedDecisions.of(0, len(recorded.recording.joints))
         self._told = 0
         self._pilot: _Pilot | None = None
 
-    def fly(self, progress: Progress) -> ReplayedDecisions:
-        """Replay all ticks, or those before the first that cannot be replayed.
+    def fly(self, progress: Progress) -> Iterator[ReplayedPiece]:
+        """Replay all ticks in pieces, or those before the first that cannot be replayed.
 
         Raises:
             RecordingError: The commands to control are missing or cannot be read.
             ConfigError: A replacement for something recorded cannot be used.
         """
-        for k in each_tick(self._columns, progress):
-            self._tell(self._columns.control[k])
-            pilot = self._pilot
-            if pilot is None:
-                raise RecordingError(
-                    f"{self._recorded.recording.path}: the first tick has no pilot. Another program wrote this file; "
-                    "replay only recordings of exograv."
-                )
-            if self._lost[k] and not pilot.is_new:
-                self._again.gaps.append((self._columns.t[k], self._lost[k]))
-                pilot.lose(k)
-            pilot.tick(k)
-        return self._again
+        total = self._recorded.recording.tick_count
+        for columns in self._recorded.pieces():
+            progress("Replaying", columns.first / total)
+            self._again.begin(len(columns))
+            for k in range(len(columns)):
+                self._tick(k, columns)
+            yield columns, self._again
+        progress("Replaying", 1.0)
+
+    def _tick(self, k: int, columns: Columns) -> None:
+        self._tell(columns.control[k])
+        pilot = self._pilot
+        if pilot is None:
+            raise RecordingError(
+                f"{self._recorded.recording.path}: the first tick has no pilot. Another program wrote this file; "
+                "replay only recordings of exograv."
+            )
+        if columns.lost[k] and not pilot.is_new:
+            self._again.gaps.append((columns.t[k], columns.lost[k]))
+            pilot.lose(k, columns)
+        pilot.tick(k, columns)
 
     def _tell(self, until: int) -> None:
         messages, path = self._recorded.control, self._recorded.recording.path
@@ -70,7 +77,7 @@ class Lockstep:
         with readable(path):
             for message in messages[self._told : until]:
                 if message["act"] == "pilot":
-                    self._pilot = _Pilot(self._recorded, self._instead, self._columns, self._again, message)
+                    self._pilot = _Pilot(self._recorded, self._instead, self._again, message)
                 elif self._pilot is not None:
                     self._pilot.hear(message)
         self._told = until
@@ -83,15 +90,14 @@ class _Pilot:
         self,
         recorded: RecordedRun,
         instead: ReplayOverrides,
-        columns: Columns,
         again: ReplayedDecisions,
         message: Message,
     ):
-        self._recorded, self._instead, self._columns, self._again = recorded, instead, columns, again
+        self._recorded, self._instead, self._again = recorded, instead, again
         self._period_s, joints = message["period_s"], len(recorded.recording.joints)
         actuators, is_other = read_actuators(message["actuators"]), instead.is_anything
         self._guarding = GuardReplay(recorded.description, actuators, self._period_s, is_other_run=is_other)
-        self._guarding.know(recorded.recording.messages("/guard"))
+        self._guarding.know(recorded.guard_states)
         self._feedback, self._recorded_torque = OutputFeedback(joints, self._period_s), NoTorque(joints)
         self._controllers: list[ExoTick | ArmController | None] = []
         self._flying: ExoTick | ArmController | None = None
@@ -144,34 +150,33 @@ class _Pilot:
             verb = "took" if is_taken else "refused"
             self._again.surprises.append(f"At {t:.3f} s control {verb} a command, unlike in the run ({act.act}).")
 
-    def lose(self, k: int) -> None:
+    def lose(self, k: int, columns: Columns) -> None:
         """Restart the filters after a gap of ticks before tick `k`, because their memory is out of date."""
-        self._guarding.lose(k, self._columns)
+        self._guarding.lose(k, columns)
         self._feedback.forget()
-        self._settles_at = self._columns.t[k] + SETTLED_S
+        self._settles_at = columns.t[k] + SETTLED_S
         for controller in self._controllers:
             if isinstance(controller, ArmController):
                 controller.forget()
 
-    def tick(self, k: int) -> None:
+    def tick(self, k: int, columns: Columns) -> None:
         """Take one tick as the pilot did."""
         self.is_new = False
-        columns, again, feedback, flying = self._columns, self._again, self._feedback, self._flying
+        again, feedback, flying = self._again, self._feedback, self._flying
         if flying is None:
             # This controller was not recorded, so its recorded torque takes its place.
             self._recorded_torque.tau_feedforward = columns["tau_desired"][k]
         feedback.controller = self._recorded_torque if flying is None else flying
         feedback.reference = Reference(*(columns[name][k] for name in ("q_reference", "v_reference", "a_reference")))
         if isinstance(flying, ArmController):
-            self._set_mode(flying.mode, k)
+            self._set_mode(flying.mode, *columns.mode[k])
         again.is_rebuilt[k] = flying is not None
         again.knows_control[k] = columns.t[k] >= self._settles_at
         decision = self._guarding.take(k, columns, feedback, again)
         if decision.submitted is not None:
             again.tau_desired[k] = decision.submitted.tau
 
-    def _set_mode(self, mode: ControlMode, k: int) -> None:
+    def _set_mode(self, mode: ControlMode, drive: float, gravity_level: float, arm_share: float) -> None:
         instead = self._instead.gravity_level
-        mode.drive, mode.gravity_level, mode.arm_share = self._columns.mode[k]
-        if instead is not None:
-            mode.gravity_level = instead
+        mode.drive, mode.arm_share = drive, arm_share
+        mode.gravity_level = gravity_level if instead is None else instead

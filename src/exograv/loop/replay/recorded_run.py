@@ -16,15 +16,30 @@ from exograv.model.assembly import Assembly, adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import put_together
 from exograv.model.tree import Tree
-from exograv.recording import Recording, read_recording
+from exograv.recording import Recording, open_recording
 from exograv.recording.fields import Message
 from exograv.recording.machine_files import unpacked_machine
+
+from .columns import FIELDS, Columns
 
 SINCE = 3
 """First version of the recording format that holds the inputs of control."""
 
 UNUSABLE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
 """Exceptions that are raised when a recording's content has an unknown form."""
+
+
+class GuardStates:
+    """Recorded states of the guard by the time of their tick; of a long recording they stay in the file."""
+
+    def __init__(self, messages: Sequence[Message] = ()):
+        self._messages = messages
+        self._places = {message["now"]: k for k, message in enumerate(messages)}
+
+    def at(self, now: float) -> Message | None:
+        """Return the state after the tick with the decision at `now` [s]; None without one."""
+        place = self._places.get(now)
+        return None if place is None else self._messages[place]
 
 
 @dataclass(frozen=True)
@@ -35,10 +50,18 @@ class RecordedRun:
     description: RigDescription
     """Machine as read from the files in the recording, or from their replacement."""
 
-    @property
-    def gaps(self) -> np.ndarray:
-        """Number of unrecorded ticks before each recorded one (tick,)."""
-        return gaps(self.recording.ticks["sequence"], self.recording.messages("/timing"))
+    def pieces(self) -> Iterator[Columns]:
+        """Yield all ticks in order, some thousands at a time."""
+        first, before, timing = 0, None, self.recording.messages("/timing")
+        for ticks in self.recording.pieces(FIELDS):
+            if len(ticks):
+                yield Columns(ticks, first, gaps(ticks["sequence"], timing, before).tolist())
+                first, before = first + len(ticks), int(ticks["sequence"][-1])
+
+    @cached_property
+    def guard_states(self) -> "GuardStates":
+        """Recorded states of the guard."""
+        return GuardStates(self.recording.messages("/guard"))
 
     @property
     def live(self) -> Mapping[str, Any] | None:
@@ -81,7 +104,7 @@ def recorded(path: Path, rig: str | None = None) -> Iterator[RecordedRun]:
             made it did not record them.
         ConfigError: The machine `rig` does not exist or cannot be used.
     """
-    recording = read_recording(path)
+    recording = open_recording(path)
     refuse_silent(recording)
     with tempfile.TemporaryDirectory(prefix="exograv-replay-") as folder:
         with readable(path):
@@ -108,7 +131,7 @@ def refuse_silent(recording: Recording) -> None:
             f"{path} has version {version} of the recording format; the inputs of control are recorded from version "
             f"{SINCE} on. `exograv report` reads this file; to replay it, record the run again."
         )
-    if not len(recording.ticks):
+    if not recording.tick_count:
         raise RecordingError(f"{path} holds no usable tick. {recording.remark or 'Record a longer run.'}")
     settings = recording.settings.get("settings") or {}
     missing = [f"settings.{name}" for name in ("rig_files", "told") if name not in settings]
@@ -136,13 +159,19 @@ def readable(path: Path) -> Iterator[None]:
         ) from error
 
 
-def gaps(sequence: np.ndarray, timing: Sequence[Mapping[str, Any]]) -> np.ndarray:
+def gaps(sequence: np.ndarray, timing: Sequence[Mapping[str, Any]], before: int | None = None) -> np.ndarray:
     """Count the unrecorded ticks before each recorded one, by the sequence numbers of the measurements (tick,).
 
     A completed recording states how many ticks its ring buffer lost. If it lost none, a missing number means that a
     bus lost a measurement or that a period was skipped: the guard did not see that measurement either.
+
+    Args:
+        sequence: Sequence numbers of ticks that follow each other.
+        timing: Messages of `/timing`.
+        before: Sequence number of the tick before them; None if they are the first.
     """
     sequence = sequence.astype(np.int64)
     if timing and timing[-1].get("ticks_lost") == 0:
         return np.zeros(len(sequence), dtype=np.int64)
-    return np.maximum(np.diff(sequence, prepend=sequence[:1] - 1) - 1, 0)
+    previous = sequence[:1] - 1 if before is None else before
+    return np.maximum(np.diff(sequence, prepend=previous) - 1, 0)

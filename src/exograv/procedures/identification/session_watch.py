@@ -13,8 +13,8 @@ from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.core.prior import prior
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.identification.drift.slow_causes import Kind
-from exograv.identification.drift.slow_watch import SlowJudgement, SlowWatch, with_slid_cuffs
+from exograv.identification.drift.slow_change import Kind, SlowJudgement
+from exograv.identification.drift.slow_watch import SlowWatch, with_slid_cuffs
 from exograv.identification.recursive.recursive import Recursive
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade

@@ -5,8 +5,7 @@ from functools import partial
 from types import MappingProxyType
 
 from exograv import sentence
-from exograv.identification.drift.slow_causes import Kind
-from exograv.identification.drift.slow_watch import FoundChange, SlowJudgement
+from exograv.identification.drift.slow_change import FoundChange, Kind, SlowJudgement
 from exograv.sentence import Sentence
 
 SENTENCES: Mapping[str, str] = MappingProxyType(

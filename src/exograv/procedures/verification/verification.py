@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.core.arm_model import ArmModel
-from exograv.identification.core.interface import Estimate
-from exograv.identification.core.left_over import REJECTED_MAX, RESTLESS
+from exograv.identification.core.interface import RESTLESS, Estimate
+from exograv.identification.core.left_over import REJECTED_MAX
 from exograv.identification.core.prior import prior
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits_manager import PersonLimitsManager

@@ -1,6 +1,5 @@
 """Real-time rights of this process: taken as far as the system grants them, and always returned."""
 
-import ctypes
 import gc
 import os
 import sys
@@ -9,6 +8,11 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from exograv.runtime.processes.free_memory import return_free_memory
+
+from .memory_lock import c_function as _libc
+from .memory_lock import lock_memory
 
 if TYPE_CHECKING or sys.platform.startswith("linux"):
     import resource  # not on Windows
@@ -27,7 +31,6 @@ limit from its first tick on; its preparation takes longer. For the guard the li
 up before.
 """
 
-MCL_CURRENT, MCL_FUTURE = 1, 2  # <sys/mman.h>; the same on x86 and Arm
 CONTAINER = "in a container start it with"
 
 
@@ -39,7 +42,7 @@ class Rights:
     """True if SCHED_FIFO is in force: only interrupts and higher priorities come before the loop."""
 
     is_locked: bool = False
-    """True if all memory stays in RAM, so that the loop has no page faults."""
+    """True if memory in use stays in RAM, so that no page of the loop comes from a disk (`memory_lock`)."""
 
     granted: list[str] = field(default_factory=list)
     """Granted rights, in a few words each."""
@@ -104,13 +107,14 @@ def _stop_garbage_collector(rights: Rights, undo: ExitStack) -> None:
 
 
 def _lock_memory(rights: Rights, undo: ExitStack) -> None:
+    return_free_memory()
     if _locked_kB() == 0:
         undo.callback(_libc("munlockall"))
     text = (
         "Locked memory is refused ({reason}): set '@realtime - memlock unlimited' in /etc/security/limits.conf, "
         f"join that group and log in again; {CONTAINER} --ulimit memlock=-1."
     )
-    rights.is_locked = _try(rights, "memory locked", text, lambda: _libc("mlockall")(MCL_CURRENT | MCL_FUTURE))
+    rights.is_locked = _try(rights, "memory locked", text, lambda: lock_memory(_libc))
 
 
 def _schedule_fifo(rights: Rights, undo: ExitStack, priority: int) -> None:
@@ -139,18 +143,6 @@ def _try(rights: Rights, name: str, refusal: str, act: Callable[[], object]) -> 
         return False
     rights.granted.append(name)
     return True
-
-
-def _libc(name: str) -> Callable[..., None]:
-    """Return a function of the C library that raises an OSError on failure."""
-    function = getattr(ctypes.CDLL(None, use_errno=True), name)
-
-    def call(*arguments: int) -> None:
-        if function(*arguments) != 0:
-            number = ctypes.get_errno()
-            raise OSError(number, os.strerror(number))
-
-    return call
 
 
 def _locked_kB() -> int:

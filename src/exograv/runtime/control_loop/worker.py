@@ -12,6 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from exograv.runtime.processes.free_memory import return_free_memory
 from exograv.runtime.processes.shared_memory import Ring
 
 from .exchange import finding_dtype, sample_dtype
@@ -19,8 +20,8 @@ from .exchange import finding_dtype, sample_dtype
 LOOKS_EVERY_S = 0.025
 """Time between two looks for samples [s]."""
 
-FINDINGS_MAX = 1 << 15
-"""Capacity of the ring of findings, nearly two hours at five a second."""
+FINDINGS_MAX = 1 << 13
+"""Capacity of the ring of findings: half an hour at five a second, far more than the ring of samples lasts."""
 
 
 @runtime_checkable
@@ -62,11 +63,11 @@ class WorkerMemory:
 
     def sample_ring(self) -> Ring:
         """Return the ring from control to the worker."""
-        return Ring(sample_dtype(self.joints), self.samples_max, self.samples)
+        return Ring(sample_dtype(self.joints), self.samples_max, self.samples, is_lazy=True)
 
     def finding_ring(self) -> Ring:
         """Return the ring from the worker to control and to the parent."""
-        return Ring(finding_dtype(self.parameters), FINDINGS_MAX, self.findings)
+        return Ring(finding_dtype(self.parameters), FINDINGS_MAX, self.findings, is_lazy=True)
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ def worker_process(job: WorkerJob, parent: Connection) -> None:
     samples, findings = job.memory.sample_ring(), job.memory.finding_ring()
     try:
         desk = _Desk(job, samples, findings)
+        return_free_memory()
         parent.send("ready")
         while not parent.poll(LOOKS_EVERY_S):
             for word in desk.work():

@@ -51,8 +51,8 @@ class _Block:
     rows: np.ndarray
 
     @classmethod
-    def of(cls, row: np.dtype, count: int, name: str | None) -> "_Block":
-        """Create a block, or open the one with this name.
+    def of(cls, row: np.dtype, count: int, name: str | None, *, is_lazy: bool = False) -> "_Block":
+        """Create a block, or open the one with this name; `is_lazy` as in `Ring`.
 
         Raises:
             FileNotFoundError: There is no block with this name.
@@ -64,7 +64,8 @@ class _Block:
         rows = np.ndarray(count, row, memory.buf, _HEAD.itemsize)
         if name is None:
             head[:] = 0
-            rows.view(np.uint8)[:] = 0
+            if not is_lazy:  # new memory is zero; to write it makes the system provide it
+                rows.view(np.uint8)[:] = 0
         return cls(memory, head, rows)
 
     def places(self) -> MemoryPlaces:
@@ -150,19 +151,20 @@ class Ring:
     A writer that finds no room drops the value and counts it: control never waits for a disk.
     """
 
-    def __init__(self, value: np.dtype, capacity: int, name: str | None = None):
+    def __init__(self, value: np.dtype, capacity: int, name: str | None = None, *, is_lazy: bool = False):
         """Create a ring, or open the one with this name.
 
         Args:
             value: Type of a value.
             capacity: Number of values that fit without an acknowledgement.
             name: Name of an existing ring; see `name`.
+            is_lazy: True if the system need not provide the memory before it is used.
 
         Raises:
             FileNotFoundError: There is no ring with this name.
         """
         self._is_maker, self._capacity = name is None, capacity
-        self._block = _Block.of(value, capacity, name)
+        self._block = _Block.of(value, capacity, name, is_lazy=is_lazy)
         self._taken = self.acknowledged
 
     @property

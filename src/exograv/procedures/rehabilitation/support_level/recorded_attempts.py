@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import RecordingError
-from exograv.recording import read_recording
+from exograv.recording import read_topics
 
 from .targets import TARGETS, ReachJudge
 
@@ -30,12 +30,12 @@ def recorded_attempts(path: Path) -> tuple[list[tuple[int, float, bool]], bool]:
     Raises:
         RecordingError: The file cannot be read, or does not contain suitable attempts.
     """
-    recording = read_recording(path)
+    recording = read_topics(path, ("/task", "/skeleton"))
     task = [message for message in recording.messages("/task") if message["kind"] in ("reach_began", "reach_ended")]
     if not task:
         raise RecordingError(f"{path} contains no attempts at targets. {WHAT_IT_TAKES}")
-    skeleton = recording.messages("/skeleton")
-    times, tips = np.array([one["t"] for one in skeleton]), [one["arm"][-1] for one in skeleton]
+    poses = [(one["t"], one["arm"][-1]) for one in recording.messages("/skeleton")]
+    times, tips = np.array([t for t, _ in poses]), [tip for _, tip in poses]
     tried: list[tuple[int, float, bool]] = []
     for began, ended in itertools.pairwise(task):
         if (began["kind"], ended["kind"]) != ("reach_began", "reach_ended"):
