@@ -21,7 +21,7 @@ from exograv.runtime.control_loop.exchange import Channels, PersonUpdate, answer
 from exograv.runtime.control_loop.guard_commands import ENDS, GuardLine
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
-from exograv.runtime.processes.free_memory import return_free_memory
+from exograv.runtime.clock.free_memory import return_free_memory
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.processes.supervisor import Supervisor
 from exograv.runtime.recorder.recorder import Recorder, RecorderReport, timing_message

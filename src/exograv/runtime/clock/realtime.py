@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exograv.runtime.processes.free_memory import return_free_memory
+from exograv.runtime.clock.free_memory import return_free_memory
 
 from .memory_lock import c_function as _libc
 from .memory_lock import lock_memory

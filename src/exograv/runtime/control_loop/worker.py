@@ -12,7 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from exograv.runtime.processes.free_memory import return_free_memory
+from exograv.runtime.clock.free_memory import return_free_memory
 from exograv.runtime.processes.shared_memory import Ring
 
 from .exchange import finding_dtype, sample_dtype
