@@ -28,7 +28,7 @@ def _show(result: "CheckResult", rig: str) -> None:
     from exograv.model.description import rig_names
 
     console = Console()
-    if result.rank is not None:
+    if result.largest_arm_kg is not None:
         _show_mechanics(result, console)
     for problem in result.problems:
         console.print(f"[bold red]Problem:[/] {escape(problem)}")

@@ -45,7 +45,7 @@ def check_rig(options: CheckOptions, out: Path, progress: Progress) -> CheckResu
     body = Body(options.height_m, options.mass_kg, options.sex)
     progress("Reading the machine's files", 0.0)
     settings, files = read_settings(folder, findings)
-    trees = read_trees(files, findings)
+    trees = read_trees(folder, files, findings)
     for file, tree in trees.items():
         examine_units(file, tree, findings)
     result = CheckResult(folder.name if settings is None else settings.name)
