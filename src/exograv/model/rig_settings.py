@@ -222,8 +222,50 @@ class Excitation(Settings):
     """Amplitudes of the cosines, a row per harmonic with an entry per joint."""
 
 
-def with_drives(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a `rig.toml` with its table [drives] moved into the joints that do not override it.
+def written_out(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the content of a `rig.toml` without its short forms.
+
+    [drives] gives its values to the joints that do not override them, `urdf.file` with `urdf.side` is the file of that
+    side, and a sweep without ends takes the middle of the joint's `range_deg`.
+
+    Raises:
+        ValueError: [drives] has a key that belongs to one joint or to none.
+    """
+    urdf = data.get("urdf")
+    if isinstance(urdf, dict) and set(urdf) == {"file", "side"} and urdf["side"] in ("right", "left", "both"):
+        data = data | {"urdf": {urdf["side"]: urdf["file"]}}
+    return _with_sweep_ends(_with_drives(data))
+
+
+def _with_sweep_ends(data: dict[str, Any]) -> dict[str, Any]:
+    plan, actuators = data.get("calibration"), data.get("actuators")
+    if not isinstance(plan, dict) or not isinstance(plan.get("sweeps"), list) or not isinstance(actuators, list):
+        return data
+    ranges = {one.get("joint"): one.get("range_deg") for one in actuators if isinstance(one, dict)}
+    sweeps = []
+    for sweep in plan["sweeps"]:
+        match ranges.get(sweep.get("joint")) if isinstance(sweep, dict) else None:
+            case [int() | float() as lower, int() | float() as upper] if lower < upper:
+                low, high = sweep_ends(lower, upper)
+                sweeps.append({"from_deg": low, "to_deg": high} | sweep)
+            case _:
+                sweeps.append(sweep)
+    return data | {"calibration": plan | {"sweeps": sweeps}}
+
+
+SWEEP_MARGIN, SWEEP_DEG = 0.1, 90.0
+"""Limits of a proposed sweep: distance from the joint limits as a share of the range, and largest length [°]."""
+
+
+def sweep_ends(lower_deg: float, upper_deg: float) -> tuple[float, float]:
+    """Ends of a proposed sweep between the limits of a joint [°]."""
+    middle = 0.5 * (lower_deg + upper_deg)
+    reach = min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (upper_deg - lower_deg))
+    return round(middle - reach, 1), round(middle + reach, 1)
+
+
+def _with_drives(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the content with the table [drives] moved into the joints that do not override it.
 
     Raises:
         ValueError: [drives] has a key that belongs to one joint or to none.
@@ -261,9 +303,8 @@ class RigSettings(Settings):
 
     @model_validator(mode="before")
     @classmethod
-    def _drives_for_all_joints(cls, data: Any) -> Any:
-        """Give the values of the table [drives] to all joints with a motor that do not have their own."""
-        return with_drives(data) if isinstance(data, dict) else data
+    def _short_forms(cls, data: Any) -> Any:
+        return written_out(data) if isinstance(data, dict) else data
 
     @model_validator(mode="after")
     def _one_entry_per_actuator(self) -> "RigSettings":

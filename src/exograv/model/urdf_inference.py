@@ -168,7 +168,10 @@ def _cuffs(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> tuple[s
     called = [
         name
         for name, frame in tree.frames.items()
-        if any(word in name.lower() for word in CUFF_WORDS) and frame.body in joints and _fits(name, side)
+        if any(word in name.lower() for word in CUFF_WORDS)
+        # A machine that begins at the elbow holds the upper arm by its base.
+        and (frame.body in joints or name.startswith(PLACED))
+        and _fits(name, side)
     ]
     placed = [name for name in called if name.startswith(PLACED)]
     return tuple(sorted(placed or called, key=lambda name: tree.frames[name].body))

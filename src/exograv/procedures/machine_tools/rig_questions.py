@@ -8,13 +8,13 @@ import numpy as np
 from exograv.files import toml_value
 from exograv.model.limb import FREEDOMS
 from exograv.model.open_questions import MARK
-from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, sweep_ends
 from exograv.model.tree import Joint, Tree
 from exograv.model.urdf_inference import PLACED, UNKNOWN, ArmGuess, PlaceGuess
 from exograv.options import Side
 
 from .foreign_file.geometry import ArmGeometry
-from .foreign_file.postures import Joints, donning_posture, sweep_posture
+from .foreign_file.postures import Joints, Sweep, donning_posture, sweep_posture
 
 HEAD = """\
 # {name}: written by `exograv rig new` from {file}. Every "?" is a question: its comment explains the value.
@@ -42,8 +42,6 @@ efficiency = 0.75  # [-] typical of a harmonic drive; 0.9 of a quasi-direct one.
 """
 
 KP_MAX = 80.0  # N·m/rad: a wrong model moves the joint by some degrees, and the wearer can push it away
-SWEEP_MARGIN, SWEEP_DEG = 0.1, 90.0
-"""Limits of a proposed sweep: distance from the joint limits as a share of the range, and largest length [°]."""
 PERIOD_S, HARMONICS = 20.0, 5
 EXCITATION_SHARE, EXCITATION_DEG = 0.25, 25.0
 """Largest deviation of a proposed excitation from its centre: a share of the joint's range, and [°]."""
@@ -102,11 +100,7 @@ def rig_text(draft: Draft, name: str, file: str) -> str:
 def _urdf(file: str, side: Side | None) -> str:
     if side is not None:
         return f"[urdf]\n{side} = {toml_value(file)}\n"
-    return (
-        f"[urdf]\n"
-        f'right = "?"  # {file} if this is the machine for the right arm; else delete this line\n'
-        f'left = "?"   # {file} if it is for the left arm; else delete this line. One machine for both arms: both = …\n'
-    )
+    return f'[urdf]\nfile = {toml_value(file)}\nside = "?"  # arm that the machine is for: "right", "left", or "both"\n'
 
 
 def _kind(found: list[ArmGuess]) -> ArmKind | None:
@@ -241,10 +235,7 @@ def _task(draft: Draft) -> str:
 
 
 def _calibration(draft: Draft) -> str:
-    tree, arm = draft.tree, draft.found[0]
-    # A weight on the forearm does not load the wrist, nor one on the right arm the left.
-    main = {i for i, guess in zip(arm.joints, arm.places, strict=True) if guess.place != "wrist"}
-    mount = next((name for name in arm.cuffs if "forearm" in name), None)
+    mount = _forearm_cuff(draft.found[0])
     shown = '"?"  # link on which known weights can be hung, far out'
     if mount is not None:
         shown = f"{toml_value(mount)}  # proposed; a link farther out finds the gains better"
@@ -253,41 +244,51 @@ def _calibration(draft: Draft) -> str:
         f"[calibration]\nmount = {shown}\n"
         'weights_kg = "?"  # kg: at least two, as [1.5, 3.0]; the heaviest like an arm if the drives hold it\n'
     ]
-    blocks += [_sweep(draft, i, "" if i in main else MARK, mount) for i in range(len(tree.joints))]
+    blocks += [_sweep(draft, i) for i in range(len(draft.tree.joints))]
     return "\n".join(blocks)
 
 
-def _sweep(draft: Draft, i: int, own: str, mount: str | None) -> str:
-    """Return the sweep of a joint; `own` is the mark if the main mount does not load it."""
+def _forearm_cuff(arm: ArmGuess) -> str | None:
+    return next((name for name in arm.cuffs if "forearm" in name), None)
+
+
+def _mount(draft: Draft, i: int) -> tuple[str | None, bool]:
+    """Return the place of the weight that loads a joint, None if it is not known, and True if it is the main one."""
+    arm = next((arm for arm in draft.found if i in arm.joints), draft.found[0])
+    place = dict(zip(arm.joints, arm.places, strict=True)).get(i, UNKNOWN).place
+    if place != "wrist":
+        # A weight on the right arm does not load the left.
+        return _forearm_cuff(arm), arm is draft.found[0]
+    bracket = f"{PLACED}{arm.side + '_' if arm.side else ''}wrist_mount"
+    return (bracket if bracket in draft.tree.frames else None), False
+
+
+def _held(draft: Draft) -> dict[int, float]:
+    """Positions [rad] at which joints without known limits stay in proposed sweeps."""
+    closing = _closing(draft)
+    joints = draft.tree.joints
+    unknown = [i for i, joint in enumerate(joints) if draft.lacks(joint, "lower", "upper")]
+    return {i: 0.0 if closing is None else float(closing[i]) for i in unknown}
+
+
+def _sweep(draft: Draft, i: int) -> str:
     tree = draft.tree
-    joint, low, high = _limits(tree)[i]
-    middle, reach = 0.5 * (low + high), min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (high - low))
-    ends = f"from_deg = {middle - reach:.1f}  # °: proposed, off the limits\nto_deg = {middle + reach:.1f}\n"
-    if draft.lacks(joint, "lower", "upper"):
-        ends = 'from_deg = "?"  # °: ends of the sweep, off the limits\nto_deg = "?"\n'
-    wrist = next((name for name in tree.frames if _is_mount(draft, name, i)), None)
-    frame = (wrist or "") if own else (mount or "")
-    posture = '"?"'
-    if frame in tree.frames and tree.frames[frame].body >= 0:
-        at = tree.frames[frame]
-        ends_rad = np.deg2rad(middle - reach), np.deg2rad(middle + reach)
-        found = sweep_posture(tree, i, (float(ends_rad[0]), float(ends_rad[1])), at.body, at.p_body_frame)
-        posture = str(np.rad2deg(found).round(1).tolist())
-    what = "proposed so that the weight loads this joint; is the way free?" if posture != '"?"' else "the others so that the weight loads this one"
-    line = ""
-    if own:
-        asked = f'"{own}"  # link beyond {joint.name} on which the weights can be hung'
-        line = f"mount = {toml_value(wrist)}  # proposed: a bracket beside the forearm\n" if wrist else f"mount = {asked}\n"
-    return (
-        f"[[calibration.sweeps]]\njoint = {toml_value(joint.name)}\n{ends}"
-        f"posture_deg = {posture}  # °: {_angles(tree)}; {what}\n{line}"
-    )
-
-
-def _is_mount(draft: Draft, name: str, i: int) -> bool:
-    """Return True if a frame is the place of the wrist's weights that was added to the arm of joint `i`."""
-    arm = next((arm for arm in draft.found if i in arm.joints), None)
-    return arm is not None and name == f"{PLACED}{arm.side + '_' if arm.side else ''}wrist_mount"
+    joint, lower, upper = _limits(tree)[i]
+    low, high = sweep_ends(lower, upper)
+    mount, is_main = _mount(draft, i)
+    lines = [f"[[calibration.sweeps]]\njoint = {toml_value(joint.name)}"]
+    if not draft.lacks(joint, "lower", "upper"):
+        lines += [f"from_deg = {low}  # °: proposed, off the limits", f"to_deg = {high}"]
+    posture, why = '"?"', "the others so that the weight loads this one"
+    if mount is not None and tree.frames[mount].body >= 0:
+        at, ends = tree.frames[mount], (float(np.deg2rad(low)), float(np.deg2rad(high)))
+        found = sweep_posture(tree, Sweep(i, ends, at.body, at.p_body_frame), _held(draft))
+        posture, why = str(np.rad2deg(found).round(1).tolist()), "proposed: the weight loads this joint; is the way free?"
+    lines.append(f"posture_deg = {posture}  # °: {_angles(tree)}; {why}")
+    if not is_main:
+        what = f"link beyond {joint.name} on which the weights can be hung"
+        lines.append(f"mount = {toml_value(mount or MARK)}  # {'proposed: ' if mount else ''}{what}")
+    return "\n".join(lines) + "\n"
 
 
 def _excitation(draft: Draft) -> str:

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from exograv.model.completed_urdf import completed_urdf, limits_of
 from exograv.model.description import rig_folder, validation_sentence
 from exograv.model.open_questions import MARK, open_questions
-from exograv.model.rig_settings import RigSettings, with_drives
+from exograv.model.rig_settings import RigSettings, written_out
 from exograv.model.tree import Tree
 from exograv.model.urdf import root_of, text_of, tree_of
 
@@ -60,7 +60,7 @@ def read_trees(folder: Path, files: list[Path], findings: CheckFindings) -> dict
 def _limits(path: Path) -> dict[str, dict[str, float]]:
     """Return the joint limits in `rig.toml`, with placeholders for open questions; empty if it cannot be read."""
     try:
-        return limits_of(with_drives(tomllib.loads(path.read_text(encoding="utf-8"))).get("actuators"), is_unfinished=True)
+        return limits_of(written_out(tomllib.loads(path.read_text(encoding="utf-8"))).get("actuators"), is_unfinished=True)
     except (OSError, ValueError):
         return {}
 
@@ -90,5 +90,5 @@ def _data(folder: Path, findings: CheckFindings) -> dict[str, Any]:
 
 def _files(folder: Path, data: dict[str, Any]) -> list[Path]:
     named = data.get("urdf")
-    names = named.values() if isinstance(named, dict) else []
+    names = [value for key, value in named.items() if key != "side"] if isinstance(named, dict) else []
     return [folder / name for name in names if isinstance(name, str) and name and name != MARK]

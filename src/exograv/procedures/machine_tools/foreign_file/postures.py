@@ -1,5 +1,8 @@
 """Postures proposed for a machine: closing of the cuffs, and sweeps in which a weight loads each joint."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares
@@ -15,6 +18,19 @@ OFF_MAX_DEG = 5.0
 """Largest angle of a segment to its direction at donning in a posture that is proposed [°]."""
 INSIDE_RAD = np.deg2rad(5.0)
 STARTS, POSTURES, POINTS = 16, 512, 5
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Sweep of one joint with a weight."""
+
+    joint: int
+    ends: tuple[float, float]
+    """First and last position of the joint [rad]."""
+    body: int
+    """Body that carries the weight."""
+    place: Vector
+    """Place of the weight in the body's frame [m]."""
 
 
 def box(tree: Tree) -> tuple[Joints, Joints]:
@@ -42,23 +58,27 @@ def donning_posture(tree: Tree, arms: list[ArmGeometry]) -> Joints | None:
     return found.x if np.rad2deg(off.max()) < OFF_MAX_DEG else None
 
 
-def sweep_posture(tree: Tree, moving: int, ends: tuple[float, float], body: int, place: Vector) -> Joints:
-    """Posture [rad] in which a weight at a place of a body loads the moving joint most over its sweep [rad]."""
+def sweep_posture(tree: Tree, sweep: Sweep, held: Mapping[int, float]) -> Joints:
+    """Posture [rad] in which a weight loads the moving joint most over its sweep.
+
+    `held`: positions [rad] of the joints whose limits are not known, by index.
+    """
     poses, (lower, upper) = Pose(tree), box(tree)
-    rows = np.vstack([np.clip(np.zeros(len(lower)), lower, upper), lower + sobol_points(len(lower), POSTURES) * (upper - lower)])
-    if len(lower) == 1:
-        rows = rows[:1]
+    spread = lower + sobol_points(len(lower), POSTURES) * (upper - lower)
+    rows = np.vstack([np.clip(np.zeros(len(lower)), lower, upper), spread])
+    for i, position in held.items():
+        rows[:, i] = position
+    moving = sweep.joint
 
     def load(q: Joints) -> float:
         loads = []
-        for angle in np.linspace(*ends, POINTS):
+        for angle in np.linspace(*sweep.ends, POINTS):
             q[moving] = angle
             R, p = poses(q, moving)
-            R_w, p_w = poses(q, body)
-            lever = np.cross(R @ tree.joints[moving].axis, R_w @ place + p_w - p)
+            R_weight, p_weight = poses(q, sweep.body)
+            lever = np.cross(R @ tree.joints[moving].axis, R_weight @ sweep.place + p_weight - p)
             loads.append(abs(lever[2]))
         # Both the whole sweep and its weakest point count: a gain is found only where the weight has a lever.
         return float(np.mean(loads) + np.min(loads))
 
-    best = max(rows, key=lambda q: load(q.copy()))
-    return best
+    return max(rows, key=lambda q: load(q.copy()))
