@@ -93,6 +93,9 @@ class DesignOptions(Options):
     harmonics: int = 8
     """Harmonics of that period."""
 
+    write: tyro.conf.FlagCreatePairsOff[bool] = False
+    """Put the block into the machine's rig.toml in place of its [excitation]."""
+
     starts: Annotated[int, Within(1, 1000)] = 4
     """Random starts beside the machine's present motion: loops, and motions that return on the same path."""
 
