@@ -19,6 +19,7 @@ from .foreign_file import prepare
 from .foreign_file.frames import add_frames, base_at_shoulder, carry_by_body
 from .foreign_file.geometry import arm_geometry
 from .foreign_file.limits import missing_limits, placeholders
+from .foreign_file.postures import donning_posture
 from .foreign_file.reading import Converter, read_foreign
 from .options import NewRigOptions
 from .rig_questions import Draft, rig_text
@@ -55,8 +56,9 @@ def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
         raise ConfigError(f"{folder} exists already; nothing is overwritten. Give another folder with --out.")
     found = arms(tree)
     geometry = [arm_geometry(tree, arm) for arm in found]
-    known = tuple(one for one in geometry if one is not None)
-    draft = Draft(tree, found, options.side or side_of(tree), missing, known if len(known) == len(found) else ())
+    known = [one for one in geometry if one is not None]
+    closing = donning_posture(tree, known) if len(known) == len(found) else None
+    draft = Draft(tree, found, options.side or side_of(tree), missing, closing)
     text = rig_text(draft, folder.name, file.name)
     ElementTree.indent(robot)
     urdf = ElementTree.tostring(robot, encoding="unicode", xml_declaration=False) + "\n"

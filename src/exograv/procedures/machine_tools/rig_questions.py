@@ -13,8 +13,7 @@ from exograv.model.tree import Joint, Tree
 from exograv.model.urdf_inference import PLACED, UNKNOWN, ArmGuess, PlaceGuess
 from exograv.options import Side
 
-from .foreign_file.geometry import ArmGeometry
-from .foreign_file.postures import Joints, Sweep, donning_posture, sweep_posture
+from .foreign_file.postures import Joints, Sweep, sweep_posture
 
 HEAD = """\
 # {name}: written by `exograv rig new` from {file}. Every "?" is a question: its comment explains the value.
@@ -59,8 +58,8 @@ class Draft:
     missing: Mapping[str, set[str]] = field(default_factory=dict)
     """Attributes of `<limit>` that the file lacks, by joint."""
 
-    geometry: tuple[ArmGeometry, ...] = ()
-    """Geometry of the arms; empty if any is not known."""
+    closing: Joints | None = None
+    """Posture in which the cuffs are fastened [rad]; None if it is not known."""
 
     @property
     def begins_at_elbow(self) -> bool:
@@ -182,9 +181,9 @@ def _donning(draft: Draft) -> str:
     sides = ", first the right arm's" if len(found) > 1 else ""
     posture, arm = '"?"', '"?"'
     head = "# Where the cuffs are fastened and strain-free, inside the limits; best with the arm hanging, elbow at 90°."
-    closing = _closing(draft)
+    closing = draft.closing
     if closing is not None and kind is not None:
-        posture = str(np.rad2deg(closing).round(1).tolist())
+        posture = _degrees(closing)
         arm = str([0.0, 0.0, 0.0, 90.0, 0.0, 0.0, 0.0][:freedoms] * len(found))
         head = (
             "# Where the cuffs are fastened and strain-free. Proposed: the arm hangs, elbow at 90°, if the base has z up\n"
@@ -194,11 +193,6 @@ def _donning(draft: Draft) -> str:
         f"{head}\n[donning]\nposture_deg = {posture}  # {_angles(tree)} of the machine: [{', '.join(tree.joint_names)}]\n"
         f"arm_posture_deg = {arm}  # {count} angles of the wearer in that posture: [{names}]{sides}\n"
     )
-
-
-def _closing(draft: Draft) -> Joints | None:
-    """Posture [rad] in which the cuffs are fastened; None if it is not known."""
-    return donning_posture(draft.tree, list(draft.geometry)) if draft.geometry else None
 
 
 def _drives(draft: Draft) -> str:
@@ -218,7 +212,7 @@ def _actuator(draft: Draft, joint: Joint, place: PlaceGuess) -> str:
     kp, source = KP_MAX, "of recupera_like"
     if not draft.lacks(joint, "effort"):
         lines.append(f"torque_max_Nm = {joint.effort:g}  # N·m: effort of the URDF; or the drive's peak, if that is lower")
-        kp, source = min(KP_MAX, 1.5 * joint.effort), "proposed: 1.5 per N·m of torque_max"
+        kp, source = min(KP_MAX, 1.5 * joint.effort), "proposed: 1.5 per N·m of torque_max, at most 80"
     elif not draft.all_lack("effort"):
         lines.append('torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive; the URDF gives none')
     lines += [f"weak_kp_Nm_per_rad = {kp:.2f}  # {source}", f"weak_kd_Nms_per_rad = {kp / 8.0:.2f}"]
@@ -265,7 +259,7 @@ def _mount(draft: Draft, i: int) -> tuple[str | None, bool]:
 
 def _held(draft: Draft) -> dict[int, float]:
     """Positions [rad] at which joints without known limits stay in proposed sweeps."""
-    closing = _closing(draft)
+    closing = draft.closing
     joints = draft.tree.joints
     unknown = [i for i, joint in enumerate(joints) if draft.lacks(joint, "lower", "upper")]
     return {i: 0.0 if closing is None else float(closing[i]) for i in unknown}
@@ -283,7 +277,7 @@ def _sweep(draft: Draft, i: int) -> str:
     if mount is not None and tree.frames[mount].body >= 0:
         at, ends = tree.frames[mount], (float(np.deg2rad(low)), float(np.deg2rad(high)))
         found = sweep_posture(tree, Sweep(i, ends, at.body, at.p_body_frame), _held(draft))
-        posture, why = str(np.rad2deg(found).round(1).tolist()), "proposed: the weight loads this joint; is the way free?"
+        posture, why = _degrees(found), "proposed: the weight loads this joint; is the way free?"
     lines.append(f"posture_deg = {posture}  # °: {_angles(tree)}; {why}")
     if not is_main:
         what = f"link beyond {joint.name} on which the weights can be hung"
@@ -296,9 +290,9 @@ def _excitation(draft: Draft) -> str:
     ends = [(low, high) for _, low, high in _limits(draft.tree)]
     size = np.array([min(EXCITATION_DEG, EXCITATION_SHARE * (high - low)) for low, high in ends])
     low, high = np.array(ends).T
-    closing = _closing(draft)
+    closing = draft.closing
     centre = 0.5 * (low + high) if closing is None else np.rad2deg(closing)
-    centre = np.clip(centre, low + size, high - size).round(1)
+    centre = np.clip(centre, low + size, high - size).round(1) + 0.0
     joints, harmonics = np.arange(len(size)), np.arange(1, HARMONICS + 1)[:, None]
     phase = 2 * np.pi * ((np.sqrt(5.0) - 1) / 2 * harmonics * (joints + 1) % 1.0)
     rows = {
@@ -310,6 +304,10 @@ def _excitation(draft: Draft) -> str:
         f'[excitation]\nsource = "proposed"\nperiod_s = {PERIOD_S}\ncentre_deg = {centre.tolist()}\n'
         f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"
     )
+
+
+def _degrees(posture: Joints) -> str:
+    return str((np.rad2deg(posture).round(1) + 0.0).tolist())  # + 0.0 makes -0.0 a plain zero
 
 
 def _angles(tree: Tree) -> str:

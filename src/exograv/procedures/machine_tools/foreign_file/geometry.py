@@ -55,6 +55,14 @@ class Pose:
         return found[:, :3], found[:, 3]
 
 
+    def many(
+        self, q: Float[np.ndarray, "posture joint"], body: int
+    ) -> tuple[Float[np.ndarray, "posture 3 3"], Float[np.ndarray, "posture 3"]]:
+        """Rotations and positions [m] of a moving body at many postures."""
+        found = np.array(self._poses.map(len(q))(q.T)).reshape(3, len(q), -1)[:, :, 4 * body : 4 * body + 4]
+        return found[:, :, :3].transpose(1, 0, 2), found[:, :, 3].T
+
+
 def arm_geometry(tree: Tree, arm: ArmGuess) -> ArmGeometry | None:
     """Return the geometry of an arm; None if its elbow or shoulder is not known."""
     places = [guess.place for guess in arm.places]

@@ -17,7 +17,7 @@ Joints = Float[np.ndarray, " joint"]
 OFF_MAX_DEG = 5.0
 """Largest angle of a segment to its direction at donning in a posture that is proposed [°]."""
 INSIDE_RAD = np.deg2rad(5.0)
-STARTS, POSTURES, POINTS = 16, 512, 5
+STARTS, POSTURES, POINTS = 8, 256, 5
 
 
 @dataclass(frozen=True)
@@ -69,16 +69,13 @@ def sweep_posture(tree: Tree, sweep: Sweep, held: Mapping[int, float]) -> Joints
     for i, position in held.items():
         rows[:, i] = position
     moving = sweep.joint
+    rows[:, moving] = sweep.ends[0]
 
-    def load(q: Joints) -> float:
-        loads = []
-        for angle in np.linspace(*sweep.ends, POINTS):
-            q[moving] = angle
-            R, p = poses(q, moving)
-            R_weight, p_weight = poses(q, sweep.body)
-            lever = np.cross(R @ tree.joints[moving].axis, R_weight @ sweep.place + p_weight - p)
-            loads.append(abs(lever[2]))
-        # Both the whole sweep and its weakest point count: a gain is found only where the weight has a lever.
-        return float(np.mean(loads) + np.min(loads))
-
-    return max(rows, key=lambda q: load(q.copy()))
+    ends = np.repeat(rows[:, None], POINTS, axis=1)
+    ends[:, :, moving] = np.linspace(*sweep.ends, POINTS)
+    flat = ends.reshape(-1, len(lower))
+    (R, p), (R_weight, p_weight) = poses.many(flat, moving), poses.many(flat, sweep.body)
+    lever = np.cross(R @ tree.joints[moving].axis, R_weight @ sweep.place + p_weight - p)
+    loads = np.abs(lever[:, 2]).reshape(len(rows), POINTS)
+    # Both the whole sweep and its weakest point count: a gain is found only where the weight has a lever.
+    return rows[int(np.argmax(loads.mean(axis=1) + loads.min(axis=1)))]

@@ -9,6 +9,7 @@ from .links import Links, child_of, mass_of, parent_of
 
 PERSON = re.compile(r"human|wearer|operator|patient|subject(?!ive)|person|mannequin|manikin|phantom|dummy", re.IGNORECASE)
 ANATOMY = re.compile(r"humerus|ulna|radius|clavicle|forearm|upper_?arm|lower_?arm|(^|_)(hand|arm)(_|$)", re.IGNORECASE)
+MACHINE = re.compile(r"exo|orthosis|cuff|shell|brace|mount|frame|bracket|robot|motor|drive|link|base", re.IGNORECASE)
 LIGHTEST_KG = 0.25
 """Hand of a woman of 45 kg; a lighter link with an anatomical name is a bracket or a cuff."""
 
@@ -43,7 +44,7 @@ def _is_person(links: Links, name: str) -> bool:
     if PERSON.search(name):
         return True
     joint = links.above.get(name)
-    if joint is None or not ANATOMY.search(name) or links.joints[joint].get("type") != "fixed":
+    if joint is None or not ANATOMY.search(name) or MACHINE.search(name) or links.joints[joint].get("type") != "fixed":
         return False
     if any(links.joints[links.above[one]].get("type") != "fixed" for one in links.subtree(name)[1:]):
         return False  # A hand that carries driven fingers is the machine's.
