@@ -13,7 +13,7 @@ class ModelError(ExogravError):
     """Machine or arm that cannot exist, or that its cuffs cannot carry."""
 
 
-class ModelFaults(ModelError):
+class ModelFaultsError(ModelError):
     """Several faults of one file, a sentence each."""
 
     def __str__(self):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 PLACEHOLDER = {"lower": -math.pi, "upper": math.pi, "effort": 1.0, "velocity": 1.0}
-"""Limits of a joint whose limits are still asked for [rad, N·m, rad/s]; only `exograv rig new` and `check` read them."""
+"""Limits of a joint whose limits are still asked for [rad, N·m, rad/s]; for `exograv rig new` and `check` only."""
 
 
 def completed_urdf(text: str, limits: Mapping[str, Mapping[str, float]]) -> str:

@@ -258,7 +258,7 @@ SWEEP_MARGIN, SWEEP_DEG = 0.1, 90.0
 
 
 def sweep_ends(lower_deg: float, upper_deg: float) -> tuple[float, float]:
-    """Ends of a proposed sweep between the limits of a joint [°]."""
+    """Return the ends of a proposed sweep between the limits of a joint [°]."""
     middle = 0.5 * (lower_deg + upper_deg)
     reach = min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (upper_deg - lower_deg))
     return round(middle - reach, 1), round(middle + reach, 1)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from exograv.errors import ModelError, ModelFaults
+from exograv.errors import ModelError, ModelFaultsError
 
 from .tree import Frame, Joint, Matrix, Tree, Vector, inertia_about_origin, inertial_parameters, is_physical
 
@@ -28,7 +28,7 @@ def read_urdf(path: Path) -> Tree:
 
     Raises:
         ModelError: The file cannot be used; the message says what, where, what is allowed and what to do next.
-        ModelFaults: The file has several such faults.
+        ModelFaultsError: The file has several such faults.
     """
     return tree_of(robot_of(path), path)
 
@@ -56,7 +56,7 @@ def refuse_faults(faults: list[str]) -> None:
     if len(faults) == 1:
         raise ModelError(faults[0])
     if faults:
-        raise ModelFaults(*faults)
+        raise ModelFaultsError(*faults)
 
 
 def element_faults(robot: ElementTree.Element, where: str) -> list[str]:
@@ -69,13 +69,9 @@ def element_faults(robot: ElementTree.Element, where: str) -> list[str]:
         except ModelError as error:
             faults.append(str(error))
 
-    for tag in ("link", "joint"):
-        elements = robot.findall(tag)
-        for element in elements:
-            read(lambda element=element: _name(element, where))
-        names = Counter(element.get("name") for element in elements)
-        twice = [name for name, count in names.items() if name and count > 1]
-        faults += [f"{where}: more than one {tag} is called '{name}'. Give each its own name." for name in twice]
+    for element in (*robot.findall("link"), *robot.findall("joint")):
+        read(lambda element=element: _name(element, where))
+    faults += _repeated_names(robot, where)
     links = {link.get("name", ""): link for link in robot.findall("link")}
     for name, link in links.items():
         inertial = link.find("inertial")
@@ -91,6 +87,15 @@ def element_faults(robot: ElementTree.Element, where: str) -> list[str]:
             read(lambda joint=joint, name=name: _axis(joint, name, where))
         if kind in MOVING:
             read(lambda joint=joint, name=name, kind=kind: _limits(joint, name, kind, where))
+    return faults
+
+
+def _repeated_names(robot: ElementTree.Element, where: str) -> list[str]:
+    faults = []
+    for tag in ("link", "joint"):
+        names = Counter(element.get("name") for element in robot.findall(tag))
+        twice = [name for name, count in names.items() if name and count > 1]
+        faults += [f"{where}: more than one {tag} is called '{name}'. Give each its own name." for name in twice]
     return faults
 
 
@@ -167,7 +172,7 @@ def root_of(text: str, where: str) -> ElementTree.Element:
 
 def _root(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], where: str) -> str:
     parents: dict[str, str] = {}
-    for name, joint in joints.items():
+    for joint in joints.values():
         parent, child = _ends(joint, links, where)
         if child in parents:
             raise ModelError(

@@ -194,6 +194,7 @@ def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
 
 
 def sides_in(name: str) -> set[ArmSide]:
+    """Sides that a name contains."""
     lower = name.lower()
     sides: tuple[ArmSide, ArmSide] = ("right", "left")
     return {side for side in sides if side in lower or lower.startswith(f"{side[0]}_") or lower.endswith(f"_{side[0]}")}

@@ -6,15 +6,14 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from tests.foreign_machines import DRIVE_ANSWERS, answered
 
 from exograv.errors import ConfigError, ModelError
 from exograv.model.description import load_rig, robots_folder
-from exograv.model.open_questions import open_questions
 from exograv.options import Side
 from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.new_rig import new_rig
 from exograv.procedures.machine_tools.options import CheckOptions, NewRigOptions
-from tests.foreign_machines import DRIVE_ANSWERS, answered
 
 ROBOTS = robots_folder()
 

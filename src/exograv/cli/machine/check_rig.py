@@ -42,7 +42,9 @@ def _show(result: "CheckResult", rig: str) -> None:
         if any(row.limit is not None for row in result.torque_Nm or []):
             if rig not in rig_names():
                 # A calibration is valid for one rig.toml: a motion that is pasted later would need another one.
-                say(f"`exograv rig motion {rig} --write` designs its motion for the identification, before calibration.")
+                say(
+                    f"`exograv rig motion {rig} --write` designs its motion for the identification, before calibration."
+                )
             say(f"`exograv rig test {rig} --simulate` practises to bring up its drives.")
     else:
         count = len(result.problems)

@@ -109,9 +109,7 @@ def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
 def excitation_block(basis: Basis, coefficients: Coefficients) -> Excitation:
     """Return the block as a rig file has it, in degrees with one decimal."""
     centre, sine, cosine = (np.rad2deg(part).round(1).tolist() for part in basis.series(coefficients))
-    return Excitation(
-        period_s=basis.period_s, source="designed", centre_deg=centre, sine_deg=sine, cosine_deg=cosine
-    )
+    return Excitation(period_s=basis.period_s, source="designed", centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
 
 
 def excitation_text(block: Excitation) -> str:

@@ -81,7 +81,7 @@ def _with_frames(robot: ElementTree.Element, file: Path, missing: Mapping[str, s
     if len(found) == 1 and found[0].places[0].place == "elbow":
         geometry = arm_geometry(tree, found[0])
         if geometry is not None:
-            base_at_shoulder(robot, tree, geometry.shoulder)
+            base_at_shoulder(robot, geometry.shoulder)
             tree = _tree(robot, file, missing)
             carry_by_body(robot, tree, tree.joint_names[found[0].joints[0]])
     for arm in found:

@@ -70,10 +70,6 @@ class Draft:
         """Return True if the file lacks a limit of a joint."""
         return bool(self.missing.get(joint.name, set()) & set(keys))
 
-    def all_lack(self, key: str) -> bool:
-        """Return True if the file lacks a limit of every joint."""
-        return all(self.lacks(joint, key) for joint in self.tree.joints)
-
 
 def rig_text(draft: Draft, name: str, file: str) -> str:
     """Return the file for this machine."""
@@ -106,9 +102,7 @@ def _kind(found: list[ArmGuess]) -> ArmKind | None:
     """Return the kind of arm, by the number of joints beyond the elbow; None if it is not known."""
     kinds: dict[int, ArmKind] = {n - 4: kind for kind, n in FREEDOMS_OF_ARM.items()}
     fewest = min(FREEDOMS_OF_ARM.values())
-    beyond = [
-        0 if arm.wrist_joints is None and len(arm.joints) <= fewest else arm.wrist_joints for arm in found
-    ]
+    beyond = [0 if arm.wrist_joints is None and len(arm.joints) <= fewest else arm.wrist_joints for arm in found]
     counts = [count for count in beyond if count is not None]
     return kinds[min(max(counts), max(kinds))] if len(counts) == len(beyond) else None
 
@@ -150,8 +144,9 @@ def _adjustment(arm: ArmGuess, begins_at_elbow: bool) -> str:
         head = "# The machine has no shoulder: it stands where the wearer's elbow is.\n"
         ends = "min_m = 0.2  # m: upper arm of the smallest and the tallest wearer, assumed\nmax_m = 0.4\n"
     return (
-        f"{head}[[adjustments]]\njoint = {toml_value(length.joint)}\nsegment = \"upper_arm\"\n"
-        f'axis = "{length.axis}"\nnominal_m = {length.metres:.9g}  # as in the URDF, along {length.axis} of its parent\n'
+        f'{head}[[adjustments]]\njoint = {toml_value(length.joint)}\nsegment = "upper_arm"\n'
+        f'axis = "{length.axis}"\n'
+        f"nominal_m = {length.metres:.9g}  # as in the URDF, along {length.axis} of its parent\n"
         f"{ends}"
     )
 
@@ -186,19 +181,20 @@ def _donning(draft: Draft) -> str:
         posture = _degrees(closing)
         arm = str([0.0, 0.0, 0.0, 90.0, 0.0, 0.0, 0.0][:freedoms] * len(found))
         head = (
-            "# Where the cuffs are fastened and strain-free. Proposed: the arm hangs, elbow at 90°, if the base has z up\n"
-            "# and x forward. `exograv data view` shows it."
+            "# Where the cuffs are fastened and strain-free. Proposed: the arm hangs, elbow at 90°, if the base has\n"
+            "# z up and x forward. `exograv data view` shows it."
         )
+    joints = ", ".join(tree.joint_names)
     return (
-        f"{head}\n[donning]\nposture_deg = {posture}  # {_angles(tree)} of the machine: [{', '.join(tree.joint_names)}]\n"
+        f"{head}\n[donning]\nposture_deg = {posture}  # {_angles(tree)} of the machine: [{joints}]\n"
         f"arm_posture_deg = {arm}  # {count} angles of the wearer in that posture: [{names}]{sides}\n"
     )
 
 
 def _drives(draft: Draft) -> str:
     lines = DRIVES
-    if draft.all_lack("effort"):
-        lines += 'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive; the URDF gives none\n'
+    if any(draft.lacks(joint, "effort") for joint in draft.tree.joints):
+        lines += 'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive, where the URDF gives none\n'
     if any(draft.lacks(joint, "velocity") for joint in draft.tree.joints):
         lines += 'speed_max_deg_s = "?"  # °/s at the joint, where the URDF gives no largest speed\n'
     return lines
@@ -211,10 +207,10 @@ def _actuator(draft: Draft, joint: Joint, place: PlaceGuess) -> str:
         lines.append('range_deg = "?"  # °: [lower, upper] limit of the joint; the URDF gives none')
     kp, source = KP_MAX, "of recupera_like"
     if not draft.lacks(joint, "effort"):
-        lines.append(f"torque_max_Nm = {joint.effort:g}  # N·m: effort of the URDF; or the drive's peak, if that is lower")
+        lines.append(
+            f"torque_max_Nm = {joint.effort:g}  # N·m: effort of the URDF; or the drive's peak, if that is lower"
+        )
         kp, source = min(KP_MAX, 1.5 * joint.effort), "proposed: 1.5 per N·m of torque_max, at most 80"
-    elif not draft.all_lack("effort"):
-        lines.append('torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive; the URDF gives none')
     lines += [f"weak_kp_Nm_per_rad = {kp:.2f}  # {source}", f"weak_kd_Nms_per_rad = {kp / 8.0:.2f}"]
     return "\n".join(lines) + "\n"
 
@@ -300,7 +296,7 @@ def _excitation(draft: Draft) -> str:
         for name, wave in (("sine", np.sin), ("cosine", np.cos))
     }
     return (
-        "# The motion that identifies the arm: small, and not designed for this machine. `exograv rig motion` designs it.\n"
+        "# The motion that identifies the arm: small, not designed for this machine. `exograv rig motion` designs it.\n"
         f'[excitation]\nsource = "proposed"\nperiod_s = {PERIOD_S}\ncentre_deg = {centre.tolist()}\n'
         f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"
     )

@@ -60,7 +60,9 @@ def read_trees(folder: Path, files: list[Path], findings: CheckFindings) -> dict
 def _limits(path: Path) -> dict[str, dict[str, float]]:
     """Return the joint limits in `rig.toml`, with placeholders for open questions; empty if it cannot be read."""
     try:
-        return limits_of(written_out(tomllib.loads(path.read_text(encoding="utf-8"))).get("actuators"), is_unfinished=True)
+        return limits_of(
+            written_out(tomllib.loads(path.read_text(encoding="utf-8"))).get("actuators"), is_unfinished=True
+        )
     except (OSError, ValueError):
         return {}
 

@@ -12,7 +12,8 @@ from .links import Links, child_of
 OTHERS = {
     "a joint of the legs": r"hip(?!lex)|knee|ankle|(^|_)(leg|foot|toe|thigh|shank|calf)|subtalar|femur|tibia",
     "a joint of the fingers": r"finger|thumb|(^|_)index|(^|_)(pinky|mcp|pip|dip|cmc)(_|\d|$)|gripper|knuckle",
-    "a joint of the trunk or its stand": r"torso|waist|trunk|spine|lumbar|chest|pelvis|backpack|column|lift|stand_|wheel|caster",
+    "a joint of the trunk or its stand": r"torso|waist|trunk|spine|lumbar|chest|pelvis|backpack|column"
+    r"|lift|stand_|wheel|caster",
     "a joint of the head": r"(^|_)(head|neck|camera)",
 }
 """Parts of names that no joint of an arm has, by the reason for leaving a joint out."""

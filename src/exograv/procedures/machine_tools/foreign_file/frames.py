@@ -9,7 +9,7 @@ from exograv.model.urdf_inference import PLACED, ArmGuess
 
 from .fixing import set_origin
 from .geometry import ArmGeometry, Pose, arm_geometry
-from .links import Links, child_of
+from .links import Links
 
 CUFF_SHARE, FOREARM_M, HAND_M = 0.55, 0.17, 0.06
 """Places of added cuffs: share of the upper arm from the shoulder, and distances from elbow and last wrist axis [m].
@@ -30,13 +30,16 @@ def add_frames(robot: ElementTree.Element, tree: Tree, arms: list[ArmGuess]) -> 
 
 
 class _Adding:
+    """Addition of frames to the file, for one arm."""
+
     def __init__(self, robot: ElementTree.Element, tree: Tree, arm: ArmGuess, geometry: ArmGeometry):
         self._robot, self._tree, self._arm, self._at = robot, tree, arm, geometry
-        self._links, self._notes = Links(robot), []
+        self._links = Links(robot)
+        self._notes: list[str] = []
         self._prefix = f"{PLACED}{arm.side}_" if arm.side else PLACED
 
     def frames(self) -> list[str]:
-        arm, at, tree = self._arm, self._at, self._tree
+        arm, at = self._arm, self._at
         if arm.shoulder_centre is None and at.carrier < 0:
             self._add("shoulder_centre", -1, np.eye(3), at.shoulder, "the elbow's axis, assumed")
         elif arm.shoulder_centre is None and arm.meeting is not None:
@@ -51,14 +54,12 @@ class _Adding:
             body = beyond[0] if beyond else at.elbow_body
             self._add("forearm_cuff", body, *self._seen_from(body, R_forearm, place), "on the forearm")
             if wanted == 3:
-                R, p = self._seen_from(beyond[-1], R_forearm, place)
-                hand = -R[:, 2] * HAND_M
-                self._add("hand_cuff", beyond[-1], R, hand, "in the hand")
+                R = self._seen_from(beyond[-1], R_forearm, place)[0]
+                self._add("hand_cuff", beyond[-1], R, -R[:, 2] * HAND_M, "in the hand")
         if beyond:
-            R, _ = self._seen_from(beyond[-1], R_forearm, at.elbow_in_body)
+            R = self._seen_from(beyond[-1], R_forearm, at.elbow_in_body)[0]
             bracket = BRACKET_M * R[:, 0] - HAND_M * R[:, 2]
             self._add("wrist_mount", beyond[-1], np.eye(3), bracket, "80 mm beside the forearm's axis, for weights")
-        del tree
         return self._notes
 
     def _seen_from(self, body: int, R: Matrix, p: Vector) -> tuple[Matrix, Vector]:
@@ -96,7 +97,7 @@ def carry_by_body(robot: ElementTree.Element, tree: Tree, name: str) -> None:
         set_origin(element, joint.R_parent_joint, joint.p_parent_joint)
 
 
-def base_at_shoulder(robot: ElementTree.Element, tree: Tree, shoulder: Vector) -> None:
+def base_at_shoulder(robot: ElementTree.Element, shoulder: Vector) -> None:
     """Add a root link at the shoulder, so that a machine without shoulder can be set to the upper arm's length."""
     links = Links(robot)
     root, link = links.root, f"{PLACED}shoulder_centre"
@@ -105,9 +106,3 @@ def base_at_shoulder(robot: ElementTree.Element, tree: Tree, shoulder: Vector) -
     ElementTree.SubElement(mount, "parent", link=link)
     ElementTree.SubElement(mount, "child", link=root)
     set_origin(mount, np.eye(3), -shoulder)
-    del tree
-
-
-def first_moving(links: Links) -> list[str]:
-    """Names of the links that joints of the base move."""
-    return [child_of(joint) for joint in links.joints.values() if joint.get("type") != "fixed"]

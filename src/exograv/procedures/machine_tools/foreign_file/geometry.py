@@ -54,7 +54,6 @@ class Pose:
         found = np.array(self._poses(q))[:, 4 * body : 4 * body + 4]
         return found[:, :3], found[:, 3]
 
-
     def many(
         self, q: Float[np.ndarray, "posture joint"], body: int
     ) -> tuple[Float[np.ndarray, "posture 3 3"], Float[np.ndarray, "posture 3"]]:
@@ -98,7 +97,9 @@ def _beyond(tree: Tree, e: int, arm: ArmGuess) -> Vector | None:
     joint, poses, zero = tree.joints[e], Pose(tree), np.zeros(len(tree.joints))
     R_e, p_e = poses(zero, e)
     moved = [i for i in arm.joints if i >= e]
-    centre = sum((poses(zero, i)[0] @ tree.phi[i, 1:4] + tree.phi[i, 0] * poses(zero, i)[1] for i in moved), np.zeros(3))
+    centre = sum(
+        (poses(zero, i)[0] @ tree.phi[i, 1:4] + tree.phi[i, 0] * poses(zero, i)[1] for i in moved), np.zeros(3)
+    )
     found = R_e.T @ (centre / tree.phi[moved, 0].sum() - p_e)
     found = found - joint.axis * (joint.axis @ found)
     length = float(np.linalg.norm(found))

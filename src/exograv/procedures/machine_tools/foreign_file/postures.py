@@ -52,7 +52,10 @@ def donning_posture(tree: Tree, arms: list[ArmGeometry]) -> Joints | None:
             parts.append(poses(q, arm.elbow_body)[0] @ arm.forearm - [1.0, 0.0, 0.0])
         return np.concatenate(parts)
 
-    starts = [np.clip(np.zeros(len(lower)), lower, upper), *(lower + sobol_points(len(lower), STARTS) * (upper - lower))]
+    starts = [
+        np.clip(np.zeros(len(lower)), lower, upper),
+        *(lower + sobol_points(len(lower), STARTS) * (upper - lower)),
+    ]
     found = min((least_squares(misses, start, bounds=(lower, upper)) for start in starts), key=lambda one: one.cost)
     off = np.linalg.norm(misses(found.x)[len(lower) :].reshape(-1, 3), axis=1)
     return found.x if np.rad2deg(off.max()) < OFF_MAX_DEG else None

@@ -7,7 +7,9 @@ from exograv.errors import ConfigError
 
 from .links import Links, child_of, mass_of, parent_of
 
-PERSON = re.compile(r"human|wearer|operator|patient|subject(?!ive)|person|mannequin|manikin|phantom|dummy", re.IGNORECASE)
+PERSON = re.compile(
+    r"human|wearer|operator|patient|subject(?!ive)|person|mannequin|manikin|phantom|dummy", re.IGNORECASE
+)
 ANATOMY = re.compile(r"humerus|ulna|radius|clavicle|forearm|upper_?arm|lower_?arm|(^|_)(hand|arm)(_|$)", re.IGNORECASE)
 MACHINE = re.compile(r"exo|orthosis|cuff|shell|brace|mount|frame|bracket|robot|motor|drive|link|base", re.IGNORECASE)
 LIGHTEST_KG = 0.25

@@ -87,7 +87,9 @@ class _Urdf:
             kind = KINDS.get(mujoco.mjtJoint(model.jnt_type[j]), "floating")
             own = np.zeros(3) if kind == "floating" else model.jnt_pos[j]
             link = name if order == len(joints) - 1 else f"{name}_{order + 1}"
-            joint = self._joint(model.joint(j).name or f"{name}_joint", kind, (carrier, link), (R, p + R @ (own - anchor)))
+            joint = self._joint(
+                model.joint(j).name or f"{name}_joint", kind, (carrier, link), (R, p + R @ (own - anchor))
+            )
             if kind != "floating":
                 self._axis_and_limit(joint, j)
             if link != name:
@@ -153,7 +155,9 @@ class _Urdf:
             return
         inertial = ElementTree.SubElement(link, "inertial")
         R = _rotation(model.body_iquat[body])
-        ElementTree.SubElement(inertial, "origin", xyz=words(model.body_ipos[body] - anchor), rpy=words(roll_pitch_yaw(R)))
+        ElementTree.SubElement(
+            inertial, "origin", xyz=words(model.body_ipos[body] - anchor), rpy=words(roll_pitch_yaw(R))
+        )
         ElementTree.SubElement(inertial, "mass", value=f"{model.body_mass[body]:.9g}")
         xx, yy, zz = (f"{value:.9g}" for value in model.body_inertia[body])
         ElementTree.SubElement(inertial, "inertia", ixx=xx, iyy=yy, izz=zz, ixy="0", ixz="0", iyz="0")
