@@ -1,9 +1,12 @@
 """URDF with the joint limits that only `rig.toml` gives."""
 
 import math
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import Any
+
+from .rig_settings import written_out
 
 PLACEHOLDER = {"lower": -math.pi, "upper": math.pi, "effort": 1.0, "velocity": 1.0}
 """Limits of a joint whose limits are still asked for [rad, N·m, rad/s]; for `exograv rig new` and `check` only."""
@@ -29,6 +32,15 @@ def completed_urdf(text: str, limits: Mapping[str, Mapping[str, float]]) -> str:
             limit.attrib.update({key: repr(value) for key, value in missing.items()})
             is_changed = True
     return ElementTree.tostring(robot, encoding="unicode") if is_changed else text
+
+
+def unfinished_limits(text: str) -> dict[str, dict[str, float]]:
+    """Return the limits by joint in the text of a `rig.toml`, with a placeholder for each open question.
+
+    Raises:
+        ValueError: The text is not TOML, or its table [drives] has a wrong key.
+    """
+    return limits_of(written_out(tomllib.loads(text)).get("actuators"), is_unfinished=True)
 
 
 def limits_of(actuators: Any, *, is_unfinished: bool = False) -> dict[str, dict[str, float]]:

@@ -6,10 +6,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from exograv.model.completed_urdf import completed_urdf, limits_of
+from exograv.model.completed_urdf import completed_urdf, unfinished_limits
 from exograv.model.description import rig_folder, validation_sentence
 from exograv.model.open_questions import MARK, open_questions
-from exograv.model.rig_settings import RigSettings, written_out
+from exograv.model.rig_settings import RigSettings
 from exograv.model.tree import Tree
 from exograv.model.urdf import root_of, text_of, tree_of
 
@@ -60,9 +60,7 @@ def read_trees(folder: Path, files: list[Path], findings: CheckFindings) -> dict
 def _limits(path: Path) -> dict[str, dict[str, float]]:
     """Return the joint limits in `rig.toml`, with placeholders for open questions; empty if it cannot be read."""
     try:
-        return limits_of(
-            written_out(tomllib.loads(path.read_text(encoding="utf-8"))).get("actuators"), is_unfinished=True
-        )
+        return unfinished_limits(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
 
