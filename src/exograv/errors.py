@@ -13,6 +13,13 @@ class ModelError(ExogravError):
     """Machine or arm that cannot exist, or that its cuffs cannot carry."""
 
 
+class ModelFaultsError(ModelError):
+    """Several faults of one file, a sentence each."""
+
+    def __str__(self):
+        return f"{len(self.args)} faults:\n" + "\n".join(f"- {fault}" for fault in self.args)
+
+
 class RigError(ExogravError):
     """Refusal or failure of the machine, real or simulated."""
 

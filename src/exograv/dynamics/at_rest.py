@@ -24,7 +24,7 @@ def carrying_torque(tree: Tree, q: Joints) -> Joints:
 
 def weight_stiffness(tree: Tree, q: Joints) -> Float[np.ndarray, "joint joint"]:
     """Compute the derivative of the torque that carries the tree's own weight by the posture `q` (joint,) [N·m/rad]."""
-    return _weight(tree).of(q)[1]
+    return _matrix(_weight(tree).of(q)[1], len(tree.joints))
 
 
 def hanging_posture(tree: Tree, margin: float) -> Joints:
@@ -36,8 +36,14 @@ def hanging_posture(tree: Tree, margin: float) -> Joints:
     for _ in range(STEPS):
         tau, stiffness = torque.of(posture)
         # Row sums bound the curvature, so that no step passes the zero of the torque.
-        posture = np.clip(posture - tau / (np.abs(stiffness).sum(axis=1) + SOFTEST), lower, upper)
+        bound = np.abs(_matrix(stiffness, len(lower))).sum(axis=1)
+        posture = np.clip(posture - tau / (bound + SOFTEST), lower, upper)
     return posture
+
+
+def _matrix(stiffness: np.ndarray, n: int) -> Float[np.ndarray, "joint joint"]:
+    """Return the matrix of `n` joints; a kernel returns a single column as a vector."""
+    return stiffness.reshape(n, n)
 
 
 def _weight(tree: Tree) -> kernel.Kernel:

@@ -51,7 +51,8 @@ def carried(assembly: Assembly, postures: Postures, solver: LoopSolver | None = 
         z, _ = solver.solve(y)
         exo, loads, by_joint, by_freedom = evaluate.of(y, z)
         # G = ∂z/∂y of least cuff strain by Gauss–Newton, which is exact if the cuffs are not strained.
-        G = -np.linalg.lstsq(by_freedom, by_joint, rcond=None)[0]
+        # A kernel returns the single column of a one-joint machine as a vector.
+        G = -np.linalg.lstsq(by_freedom, by_joint.reshape(len(by_freedom), assembly.n), rcond=None)[0]
         rows.append(np.vstack([exo, loads.T @ G]))
     return CarriedTorque(*np.array(rows).transpose(1, 0, 2))
 

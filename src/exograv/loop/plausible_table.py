@@ -140,7 +140,7 @@ class TableMaker:
 
 
 def _torques(
-    resting: RestingTorque, postures: Postures, z: Postures, x: Parameters
+    resting: RestingTorque, postures: Postures, z: Float[np.ndarray, "posture freedom"], x: Parameters
 ) -> tuple[dict[float, Postures], Bool[np.ndarray, " posture"]]:
     """Torque that carries machine and arm by gravity level, and True where a rest posture was found at all levels."""
     arms = np.tile(x, (len(postures), 1))

@@ -8,7 +8,7 @@ from exograv.errors import ModelError
 from .arm import Arm
 from .description import Cuff, RigDescription
 from .tree import Tree
-from .urdf import read_urdf
+from .urdf import root_of, tree_of
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ def read_exoskeleton(description: RigDescription) -> Tree:
     Raises:
         ModelError: URDF and `rig.toml` do not agree, or the URDF cannot be used.
     """
-    tree = read_urdf(description.urdf_path)
+    path = description.urdf_path
+    tree = tree_of(root_of(description.urdf_text(), path.name), path)
     if tree.joint_names != description.joints:
         raise ModelError(
             f"{description.urdf_path.name} moves at {', '.join(tree.joint_names)}; rig.toml has actuators for "

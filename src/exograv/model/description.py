@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 from exograv.errors import ConfigError
 from exograv.options import Side
 
+from .completed_urdf import completed_urdf, limits_of
 from .open_questions import open_questions
 from .rig_settings import Actuator as Actuator
 from .rig_settings import ArmSide as ArmSide
@@ -24,6 +25,7 @@ from .rig_settings import Excitation as Excitation
 from .rig_settings import JointSweep as JointSweep
 from .rig_settings import Place as Place
 from .rig_settings import RigSettings as RigSettings
+from .urdf import text_of
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,15 @@ class RigDescription:
     def urdf_path(self) -> Path:
         """Path of the URDF of this side."""
         return self.folder / getattr(self.settings.urdf, self.side)
+
+    def urdf_text(self) -> str:
+        """Text of the URDF of this side, with the joint limits that only `rig.toml` gives.
+
+        Raises:
+            ModelError: The file cannot be read.
+        """
+        rows = [actuator.model_dump() for actuator in self.settings.actuators]
+        return completed_urdf(text_of(self.urdf_path), limits_of(rows))
 
     @property
     def nominal_gain(self) -> Float[np.ndarray, " joint"]:

@@ -1,6 +1,6 @@
 """Settings of a `rig.toml`, checked on load: cuffs, drives, adjustments, known weights, motions."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -147,6 +147,16 @@ class Actuator(Settings):
     weak_kp_Nm_per_rad: PositiveFloat | None = None
     weak_kd_Nms_per_rad: PositiveFloat | None = None
     """Gains of the weak PD that follows a reference while the machine drives the arm."""
+    range_deg: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
+    """Lower and upper limit of the joint, if the URDF gives none."""
+    speed_max_deg_s: PositiveFloat | None = None
+    """Largest speed of the joint, if the URDF gives none."""
+
+    @model_validator(mode="after")
+    def _range_in_order(self) -> "Actuator":
+        if self.range_deg is not None and self.range_deg[0] >= self.range_deg[1]:
+            raise ValueError(f"range_deg of {self.joint} is {self.range_deg}; the first must be below the second")
+        return self
 
     @model_validator(mode="after")
     def _motor_or_none(self) -> "Actuator":
@@ -205,9 +215,73 @@ class Excitation(Settings):
     period_s: PositiveFloat
     centre_deg: Degrees
     """Posture around which the machine moves."""
+    source: Literal["own", "proposed", "designed"] = "own"
+    """Origin: the user, `exograv rig new` (which does not know the machine's task), or `exograv rig motion`."""
     sine_deg: Annotated[list[Degrees], Field(min_length=1)]
     cosine_deg: Annotated[list[Degrees], Field(min_length=1)]
     """Amplitudes of the cosines, a row per harmonic with an entry per joint."""
+
+
+def written_out(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the content of a `rig.toml` without its short forms.
+
+    [drives] gives its values to the joints that do not override them, `urdf.file` with `urdf.side` is the file of that
+    side, and a sweep without ends takes the middle of the joint's `range_deg`.
+
+    Raises:
+        ValueError: [drives] has a key that belongs to one joint or to none.
+    """
+    urdf = data.get("urdf")
+    if isinstance(urdf, dict) and set(urdf) == {"file", "side"} and urdf["side"] in ("right", "left", "both"):
+        data = data | {"urdf": {urdf["side"]: urdf["file"]}}
+    return _with_sweep_ends(_with_drives(data))
+
+
+def _with_sweep_ends(data: dict[str, Any]) -> dict[str, Any]:
+    plan, actuators = data.get("calibration"), data.get("actuators")
+    if not isinstance(plan, dict) or not isinstance(plan.get("sweeps"), list) or not isinstance(actuators, list):
+        return data
+    ranges = {one.get("joint"): one.get("range_deg") for one in actuators if isinstance(one, dict)}
+    sweeps = []
+    for sweep in plan["sweeps"]:
+        match ranges.get(sweep.get("joint")) if isinstance(sweep, dict) else None:
+            case [int() | float() as lower, int() | float() as upper] if lower < upper:
+                low, high = sweep_ends(lower, upper)
+                sweeps.append({"from_deg": low, "to_deg": high} | sweep)
+            case _:
+                sweeps.append(sweep)
+    return data | {"calibration": plan | {"sweeps": sweeps}}
+
+
+SWEEP_MARGIN, SWEEP_DEG = 0.1, 90.0
+"""Limits of a proposed sweep: distance from the joint limits as a share of the range, and largest length [°]."""
+
+
+def sweep_ends(lower_deg: float, upper_deg: float) -> tuple[float, float]:
+    """Return the ends of a proposed sweep between the limits of a joint [°]."""
+    middle = 0.5 * (lower_deg + upper_deg)
+    reach = min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (upper_deg - lower_deg))
+    return round(middle - reach, 1), round(middle + reach, 1)
+
+
+def _with_drives(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the content with the table [drives] moved into the joints that do not override it.
+
+    Raises:
+        ValueError: [drives] has a key that belongs to one joint or to none.
+    """
+    shared, actuators = data.get("drives"), data.get("actuators")
+    if not isinstance(shared, dict) or not isinstance(actuators, list):
+        return data
+    allowed = ("drive", "speed_max_deg_s", *MOTOR)
+    if unknown := [key for key in shared if key not in allowed]:
+        raise ValueError(f"drives has the keys {', '.join(unknown)}; allowed: {', '.join(allowed)}")
+    of_all = {key: shared[key] for key in ("drive", "speed_max_deg_s") if key in shared}
+    joints = []
+    for own in actuators:
+        is_passive = not isinstance(own, dict) or {**of_all, **own}.get("drive") == "passive"
+        joints.append(own if not isinstance(own, dict) else {**(of_all if is_passive else shared), **own})
+    return {key: value for key, value in data.items() if key != "drives"} | {"actuators": joints}
 
 
 class RigSettings(Settings):
@@ -226,6 +300,11 @@ class RigSettings(Settings):
     """Weights and sweeps of the calibration; absent in a machine without motors."""
     excitation: Excitation | None = None
     """Motion that identifies the arm; absent in a machine without motors."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_forms(cls, data: Any) -> Any:
+        return written_out(data) if isinstance(data, dict) else data
 
     @model_validator(mode="after")
     def _one_entry_per_actuator(self) -> "RigSettings":

@@ -6,12 +6,13 @@ It does not use the importers of MuJoCo or Pinocchio: the twin and the test orac
 import math
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.errors import ModelError
+from exograv.errors import ModelError, ModelFaultsError
 
 from .tree import Frame, Joint, Matrix, Tree, Vector, inertia_about_origin, inertial_parameters, is_physical
 
@@ -27,22 +28,111 @@ def read_urdf(path: Path) -> Tree:
 
     Raises:
         ModelError: The file cannot be used; the message says what, where, what is allowed and what to do next.
+        ModelFaultsError: The file has several such faults.
     """
-    robot = robot_of(path)
+    return tree_of(robot_of(path), path)
+
+
+def tree_of(robot: ElementTree.Element, path: Path) -> Tree:
+    """Return the kinematic tree of the root element of a URDF; `path` is its file, for messages.
+
+    Raises:
+        ModelError: As `read_urdf`.
+    """
     where = path.name
+    refuse_faults(element_faults(robot, where))
     links = {_name(link, where): link for link in robot.findall("link")}
     joints = {_name(joint, where): joint for joint in robot.findall("joint")}
-    for tag in ("link", "joint"):
-        names = Counter(element.get("name") for element in robot.findall(tag))
-        twice = [name for name, count in names.items() if count > 1]
-        if twice:
-            raise ModelError(f"{where}: more than one {tag} is called '{twice[0]}'. Give each its own name.")
     root = _root(links, joints, where)
     return _Builder(where, links, joints).tree(robot.get("name", path.stem), root)
 
 
+def refuse_faults(faults: list[str]) -> None:
+    """Raise one error for all faults of a file.
+
+    Raises:
+        ModelError: There are faults.
+    """
+    if len(faults) == 1:
+        raise ModelError(faults[0])
+    if faults:
+        raise ModelFaultsError(*faults)
+
+
+def element_faults(robot: ElementTree.Element, where: str) -> list[str]:
+    """Return all faults of single links and joints, one sentence each; those of the tree are found afterwards."""
+    faults: list[str] = []
+
+    def read(part: Callable[[], object]) -> None:
+        try:
+            part()
+        except ModelError as error:
+            faults.append(str(error))
+
+    for element in (*robot.findall("link"), *robot.findall("joint")):
+        read(lambda element=element: _name(element, where))
+    faults += _repeated_names(robot, where)
+    links = {link.get("name", ""): link for link in robot.findall("link")}
+    for name, link in links.items():
+        inertial = link.find("inertial")
+        if inertial is not None:
+            read(lambda inertial=inertial, name=name: _inertial_parameters(inertial, name, where))
+    for joint in robot.findall("joint"):
+        if "" not in links:  # A link without name is a fault already.
+            read(lambda joint=joint: _ends(joint, links, where))
+        name, kind = joint.get("name", ""), joint.get("type", "")
+        read(lambda joint=joint, name=name: origin_of(joint, f"joint '{name}'", where))
+        if kind != "fixed":
+            read(lambda joint=joint, name=name: _refuse_kind(joint, name, where))
+            read(lambda joint=joint, name=name: _axis(joint, name, where))
+        if kind in MOVING:
+            read(lambda joint=joint, name=name, kind=kind: _limits(joint, name, kind, where))
+    return faults
+
+
+def _repeated_names(robot: ElementTree.Element, where: str) -> list[str]:
+    faults = []
+    for tag in ("link", "joint"):
+        names = Counter(element.get("name") for element in robot.findall(tag))
+        twice = [name for name, count in names.items() if name and count > 1]
+        faults += [f"{where}: more than one {tag} is called '{name}'. Give each its own name." for name in twice]
+    return faults
+
+
+def _ends(joint: ElementTree.Element, links: dict[str, ElementTree.Element], where: str) -> tuple[str, str]:
+    """Return the names of parent and child, which exist."""
+    name = joint.get("name", "")
+    parent, child = (_end(joint, end, name, where) for end in ("parent", "child"))
+    for link in (parent, child):
+        if link not in links:
+            raise ModelError(f"{where}: joint '{name}' names link '{link}'. Links there: {', '.join(links)}.")
+    return parent, child
+
+
+def _refuse_kind(joint: ElementTree.Element, name: str, where: str) -> None:
+    kind = joint.get("type", "")
+    if kind not in MOVING:
+        raise ModelError(
+            f"{where}: joint '{name}' is of type '{kind}'; allowed: fixed, {', '.join(MOVING)}. Change it."
+        )
+    if joint.find("mimic") is not None:
+        raise ModelError(
+            f"{where}: joint '{name}' mimics another; each moving joint needs a motor of its own. "
+            "Make it fixed, or remove <mimic>."
+        )
+
+
 def robot_of(path: Path) -> ElementTree.Element:
     """Read the root element of a URDF file.
+
+    Raises:
+        ModelError: The file cannot be used.
+    """
+    return root_of(text_of(path), path.name)
+
+
+def text_of(path: Path) -> str:
+    """Read the text of a description file.
 
     Raises:
         ModelError: The file cannot be used.
@@ -57,28 +147,33 @@ def robot_of(path: Path) -> ElementTree.Element:
     if len(data) > SIZE_MAX_BYTES:
         raise ModelError(f"{path.name} has more than the {SIZE_MAX_BYTES} bytes allowed. Move meshes to files.")
     try:
-        text = data.decode("utf-8")
+        return data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise ModelError(f"{path.name} is not UTF-8 (byte {error.start}). Save it as UTF-8.") from error
+
+
+def root_of(text: str, where: str) -> ElementTree.Element:
+    """Return the root element of a URDF's text; `where` is its file, for messages.
+
+    Raises:
+        ModelError: The text is not a URDF.
+    """
     # Entities can read other files or grow without bound; no URDF needs a document type.
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise ModelError(f"{path.name} declares a document type or entities; URDF needs none. Remove them.")
+        raise ModelError(f"{where} declares a document type or entities; URDF needs none. Remove them.")
     try:
         robot = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, RecursionError) as error:
-        raise ModelError(f"{path.name} is not valid XML: {error}. Correct it at that place.") from error
+        raise ModelError(f"{where} is not valid XML: {error}. Correct it at that place.") from error
     if robot.tag != "robot":
-        raise ModelError(f"{path.name} starts with <{robot.tag}>; a URDF starts with <robot>. Convert the file.")
+        raise ModelError(f"{where} starts with <{robot.tag}>; a URDF starts with <robot>. Convert the file.")
     return robot
 
 
 def _root(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], where: str) -> str:
     parents: dict[str, str] = {}
-    for name, joint in joints.items():
-        parent, child = (_end(joint, end, name, where) for end in ("parent", "child"))
-        for link in (parent, child):
-            if link not in links:
-                raise ModelError(f"{where}: joint '{name}' names link '{link}'. Links there: {', '.join(links)}.")
+    for joint in joints.values():
+        parent, child = _ends(joint, links, where)
         if child in parents:
             raise ModelError(
                 f"{where} is not a tree: link '{child}' has the parents '{parents[child]}' and '{parent}'. "
@@ -108,6 +203,7 @@ class _Builder:
     def tree(self, name: str, root: str) -> Tree:
         self.frames[root] = Frame(-1, np.eye(3), np.zeros(3))
         pending = self._joints_of(root)
+        self._refuse_massless()
         # Depth first, in the file's order: a machine for both arms has one arm after the other.
         while pending:
             parent, joint_name, joint = pending.pop()
@@ -121,6 +217,19 @@ class _Builder:
             raise ModelError(f"{self.where} has no moving joint; it needs at least one. Check the joint types.")
         return self._checked(Tree(name, tuple(self.joints), tuple(self.bodies), np.array(self.phi), self.frames))
 
+    def _refuse_massless(self) -> None:
+        """Refuse moving links without mass, all at once."""
+        joints = [joint for rows in self.children.values() for _, joint in rows if joint.get("type") != "fixed"]
+        ends = [_end(joint, "child", joint.get("name", ""), self.where) for joint in joints]
+        bare = [link for link in ends if self.links[link].find("inertial") is None and not self._carries_mass(link)]
+        refuse_faults(
+            [
+                f"{self.where}: link '{link}' moves but has no <inertial>. Give its mass, centre and inertia; "
+                "only links behind fixed joints may be massless."
+                for link in bare
+            ]
+        )
+
     def _joints_of(self, link: str) -> list[tuple[str, str, ElementTree.Element]]:
         """Joints on a link, in reversed order for the stack."""
         return [(link, *entry) for entry in reversed(self.children.get(link, []))]
@@ -132,39 +241,23 @@ class _Builder:
         R_body_joint, p_body_joint = R @ R_link_joint, p + R @ p_link_joint
         kind = joint.get("type", "")
         if kind == "fixed":
-            own = self._inertial(child, required=False)
+            own = self._inertial(child)
             if own is not None and body >= 0:
                 self.phi[body] = self.phi[body] + _moved(own, R_body_joint, p_body_joint)
             return child, Frame(body, R_body_joint, p_body_joint)
-        if kind not in MOVING:
-            raise ModelError(
-                f"{self.where}: joint '{name}' is of type '{kind}'; allowed: fixed, {', '.join(MOVING)}. Change it."
-            )
-        if joint.find("mimic") is not None:
-            raise ModelError(
-                f"{self.where}: joint '{name}' mimics another; each moving joint needs a motor of its own. "
-                "Make it fixed, or remove <mimic>."
-            )
         lower, upper, effort, velocity = _limits(joint, name, kind, self.where)
         axis = _axis(joint, name, self.where)
         self.joints.append(
             Joint(name, MOVING[kind], body, R_body_joint, p_body_joint, axis, lower, upper, effort, velocity)  # pyright: ignore[reportArgumentType] - values of MOVING
         )
         self.bodies.append(child)
-        inertial = self._inertial(child, required=True)
+        inertial = self._inertial(child)
         self.phi.append(inertial if inertial is not None else np.zeros(10))
         return child, Frame(len(self.joints) - 1, np.eye(3), np.zeros(3))
 
-    def _inertial(self, link: str, *, required: bool) -> Float[np.ndarray, " 10"] | None:
+    def _inertial(self, link: str) -> Float[np.ndarray, " 10"] | None:
         inertial = self.links[link].find("inertial")
-        if inertial is None:
-            if required and not self._carries_mass(link):
-                raise ModelError(
-                    f"{self.where}: link '{link}' moves but has no <inertial>. Give its mass, centre and inertia; "
-                    "only links behind fixed joints may be massless."
-                )
-            return None
-        return _inertial_parameters(inertial, link, self.where)
+        return None if inertial is None else _inertial_parameters(inertial, link, self.where)
 
     def _carries_mass(self, link: str) -> bool:
         """Return True if a link that is fixed to this one has a mass; many files put the inertial there."""

@@ -20,6 +20,8 @@ WORDS: dict[Place, tuple[str, ...]] = {
 }
 """Parts of names by place. The first place with a match counts, so that "forearm" belongs to the wrist."""
 CUFF_WORDS = ("cuff", "strap", "brace", "orthosis", "handle", "interface")
+PLACED = "exograv_"
+"""Start of the names of links that `exograv rig new` adds; they replace others for the same purpose."""
 MEET_M = 0.005
 """Largest distance of axes from a common point at which they count as meeting there [m]."""
 SAME_M = 0.001
@@ -88,7 +90,7 @@ def place_of(name: str) -> Place | None:
 def side_of(tree: Tree) -> Side | None:
     """Side of the machine, from the names of robot and joints; None if they do not tell."""
     names = [tree.name, *tree.joint_names, *tree.bodies]
-    found: set[Side] = {side for name in names for side in _sides(name)}
+    found: set[Side] = {side for name in names for side in sides_in(name)}
     return "both" if len(found) == 2 else next(iter(found), None)
 
 
@@ -99,7 +101,7 @@ def arms(tree: Tree) -> list[ArmGuess]:
     sides: tuple[ArmSide, ArmSide] = ("right", "left")
     found = []
     for side in sides:
-        joints = tuple(i for i, name in enumerate(tree.joint_names) if side in _sides(name))
+        joints = tuple(i for i, name in enumerate(tree.joint_names) if side in sides_in(name))
         if joints:
             found.append(_arm(tree, side, joints))
     return found
@@ -110,7 +112,7 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
     axes = [np.array(ca.evalf(poses[i].R)) @ tree.joints[i].axis for i in joints]
     points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
     meeting = _meeting_point(axes[:SHOULDER_AXES], points[:SHOULDER_AXES]) if len(joints) >= SHOULDER_AXES else None
-    centre = None if meeting is None else _fixed_link(tree, meeting, side)
+    centre = _placed_centre(tree, side) if meeting is None else _fixed_link(tree, meeting, side)
     length = _upper_arm(tree, joints)
     places = _places([tree.joints[i].name for i in joints], length if meeting is not None else None)
     return ArmGuess(side, joints, meeting, centre, _cuffs(tree, side, joints), length, places)
@@ -156,13 +158,23 @@ def _fixed_link(tree: Tree, point: Point, side: ArmSide | None) -> str | None:
     return near[0] if near else None
 
 
+def _placed_centre(tree: Tree, side: ArmSide | None) -> str | None:
+    """Shoulder centre that `exograv rig new` has added to a machine without shoulder joints."""
+    name = f"{PLACED}{side}_shoulder_centre" if side else f"{PLACED}shoulder_centre"
+    return name if name in tree.frames else None
+
+
 def _cuffs(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> tuple[str, ...]:
     called = [
         name
         for name, frame in tree.frames.items()
-        if any(word in name.lower() for word in CUFF_WORDS) and frame.body in joints and _fits(name, side)
+        if any(word in name.lower() for word in CUFF_WORDS)
+        # A machine that begins at the elbow holds the upper arm by its base.
+        and (frame.body in joints or name.startswith(PLACED))
+        and _fits(name, side)
     ]
-    return tuple(sorted(called, key=lambda name: tree.frames[name].body))
+    placed = [name for name in called if name.startswith(PLACED)]
+    return tuple(sorted(placed or called, key=lambda name: tree.frames[name].body))
 
 
 def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
@@ -170,7 +182,8 @@ def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
 
     None if the first offset between joints is not along one axis.
     """
-    for i in joints[1:]:
+    # The first joint is no shoulder in a machine that begins at the elbow.
+    for i in joints if place_of(tree.joints[joints[0]].name) == "elbow" else joints[1:]:
         p = tree.joints[i].p_parent_joint
         along = np.flatnonzero(np.abs(p) > SAME_M)
         if len(along) == 1:
@@ -180,11 +193,12 @@ def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
     return None
 
 
-def _sides(name: str) -> set[ArmSide]:
+def sides_in(name: str) -> set[ArmSide]:
+    """Sides that a name contains."""
     lower = name.lower()
     sides: tuple[ArmSide, ArmSide] = ("right", "left")
     return {side for side in sides if side in lower or lower.startswith(f"{side[0]}_") or lower.endswith(f"_{side[0]}")}
 
 
 def _fits(name: str, side: ArmSide | None) -> bool:
-    return side is None or side in _sides(name)
+    return side is None or side in sides_in(name)

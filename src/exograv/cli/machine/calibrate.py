@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.motion_note import say_motion
 from exograv.next_command import same_machine
 from exograv.procedures.calibration.options import CalibrateOptions
 
@@ -17,6 +18,7 @@ def run_calibrate_command(options: CalibrateOptions, common: OutFolder) -> "Cali
     from exograv.cli.shell.terminal import bars, say
 
     refuse_unwritable(options.calibration_in(common.out), "--calibration or --out")
+    say_motion(options.rig)
     with bars() as progress:
         result = run_calibration(options, common.out, progress, say)
     show_calibration(result)

@@ -28,7 +28,7 @@ def _show(result: "CheckResult", rig: str) -> None:
     from exograv.model.description import rig_names
 
     console = Console()
-    if result.rank is not None:
+    if result.largest_arm_kg is not None:
         _show_mechanics(result, console)
     for problem in result.problems:
         console.print(f"[bold red]Problem:[/] {escape(problem)}")
@@ -42,7 +42,9 @@ def _show(result: "CheckResult", rig: str) -> None:
         if any(row.limit is not None for row in result.torque_Nm or []):
             if rig not in rig_names():
                 # A calibration is valid for one rig.toml: a motion that is pasted later would need another one.
-                say(f"`exograv rig motion {rig}` designs its motion for the identification, before it is calibrated.")
+                say(
+                    f"`exograv rig motion {rig} --write` designs its motion for the identification, before calibration."
+                )
             say(f"`exograv rig test {rig} --simulate` practises to bring up its drives.")
     else:
         count = len(result.problems)

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 def run_design_motion(options: DesignOptions, common: OutFolder) -> "DesignFigures":
     """Design the most informative motion for an arm in a machine, and print the block for its rig.toml."""
     from exograv.cli.shell.terminal import bars
-    from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text
+    from exograv.model.description import rig_folder
+    from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text, write_excitation
     from exograv.report.figures.excitation import draw
     from exograv.report.style.figure_style import write_picture
 
@@ -33,7 +34,10 @@ def run_design_motion(options: DesignOptions, common: OutFolder) -> "DesignFigur
             "better one."
         )
     print(f"Picture of one period: {picture}")
-    if Path(options.rig).is_dir():
+    if options.write:
+        write_excitation(rig_folder(options.rig) / "rig.toml", result.excitation)
+        print(f"Next: the block is in rig.toml. Run `exograv rig check {options.rig}`.")
+    elif Path(options.rig).is_dir():
         print(
             f"Next: put the block above into {Path(options.rig) / 'rig.toml'} in place of its [excitation], then run "
             f"`exograv rig check {options.rig}`."

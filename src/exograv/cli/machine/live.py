@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.motion_note import say_motion
 from exograv.live.options import LiveOptions, PersonForm
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ def run_live_command(options: LiveOptions, person: PersonForm, common: OutFolder
     from exograv.cli.shell.terminal import bars, say, say_unbroken
 
     refuse_unwritable(common.out / "live.mcap", "--out")  # Checked now, not after minutes of preparation.
+    if options.identify_s:
+        say_motion(options.rig)
     with bars() as progress:
         if options.is_on_drives:
             from exograv.live.on_drives.float_command import fly_on_drives

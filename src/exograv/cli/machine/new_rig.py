@@ -1,5 +1,6 @@
 """Command `exograv rig new`."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.procedures.machine_tools.options import NewRigOptions
@@ -9,10 +10,12 @@ if TYPE_CHECKING:
 
 
 def run_new_rig(options: NewRigOptions) -> "NewRig":
-    """Write a folder for your own machine, with values from its URDF and a question for each missing value."""
+    """Write a folder for your own machine, with values from its URDF or MJCF and a question for each missing value."""
     from exograv.procedures.machine_tools.new_rig import new_rig
 
-    result = new_rig(options)
+    result = new_rig(options, _urdf_of_mjcf)
+    for note in result.notes:
+        print(note)
     for question in result.questions:
         print(f"line {question.line}, {question.key}: {question.comment}")
     print(
@@ -20,3 +23,10 @@ def run_new_rig(options: NewRigOptions) -> "NewRig":
         f"Answer them there, then run `exograv rig check {result.folder}`."
     )
     return result
+
+
+def _urdf_of_mjcf(path: Path) -> str:
+    """Return an MJCF file as URDF; only this needs MuJoCo."""
+    from exograv.rig.twin.machine.mjcf_machine import urdf_of_mjcf
+
+    return urdf_of_mjcf(path)

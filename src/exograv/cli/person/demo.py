@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.motion_note import say_motion
 from exograv.laboratory.options import ArmOptions, DemoOptions
 from exograv.live.options import PersonForm
 from exograv.procedures.identification.options import ParticipantOptions
@@ -19,6 +20,8 @@ def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Ou
 
     if files.keep is not None:
         refuse_unwritable(files.keep, "--keep")
+    if options.motion == "designed":
+        say_motion(options.rig)
     with bars() as progress:
         result = run_demo(options, common.out, progress, files)
     show_demo(result)
@@ -36,6 +39,8 @@ def run_identify_command(
 
     if files.keep is not None:
         refuse_unwritable(files.keep, "--keep")
+    if options.motion == "designed":
+        say_motion(options.rig)
     with bars() as progress:
         result = run_identification(options, files, person, common.out, progress, say)
     if isinstance(result, IdentifiedOnDrives):

@@ -60,7 +60,10 @@ class ArmModel:
         return other
 
     def _forget(self) -> None:
-        self._inputs, self._outputs = tuple(self._kernel.inputs.values()), tuple(self._kernel.outputs.values())
+        self._inputs = tuple(self._kernel.inputs.values())
+        tau, derivative, z, G, *others = self._kernel.outputs.values()
+        # A kernel keeps the single column of a one-joint machine as a vector.
+        self._outputs = tau, derivative, z, G.reshape(len(z), self.n_joints, order="F"), *others
         self._q_before: Joints | None = None
         self._is_lost = False
         self._z = np.zeros(self.assembly.n_freedoms)

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from exograv import motion
+from exograv.errors import ConfigError
+from exograv.files import replace_file
 from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.excitation import Basis, Designer, fixed_motion, harmonic
 from exograv.identification.excitation.basis import Coefficients
@@ -107,13 +109,44 @@ def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
 def excitation_block(basis: Basis, coefficients: Coefficients) -> Excitation:
     """Return the block as a rig file has it, in degrees with one decimal."""
     centre, sine, cosine = (np.rad2deg(part).round(1).tolist() for part in basis.series(coefficients))
-    return Excitation(period_s=basis.period_s, centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
+    return Excitation(period_s=basis.period_s, source="designed", centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
 
 
 def excitation_text(block: Excitation) -> str:
     """Return the lines for `rig.toml`."""
     rows = "\n".join(f"{key} = {getattr(block, key)}" for key in ("period_s", "centre_deg", "sine_deg", "cosine_deg"))
-    return f"[excitation]\n{rows}\n"
+    return f'[excitation]\nsource = "{block.source}"\n{rows}\n'
+
+
+def write_excitation(path: Path, block: Excitation) -> None:
+    """Replace the block [excitation] of a `rig.toml`; every other line stays.
+
+    Raises:
+        ConfigError: The file cannot be read or written.
+    """
+    import tomlkit
+
+    try:
+        content = tomlkit.parse(path.read_text(encoding="utf-8"))
+        content["excitation"] = tomlkit.parse(excitation_text(block))["excitation"]
+        replace_file(path, tomlkit.dumps(content))
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error.strerror}. Check its permissions.") from error
+
+
+def motion_note(rig: str) -> str | None:
+    """Sentence that the motion of a machine is not designed for it; None if it is, or if the machine has no motion.
+
+    Raises:
+        ConfigError: The machine is unknown, or its `rig.toml` cannot be used.
+    """
+    plan = load_rig(rig).settings.excitation
+    if plan is None or plan.source != "proposed":
+        return None
+    return (
+        "The motion that identifies the arm is the proposal of `exograv rig new`, not designed for this machine: more "
+        f"torque is left over. `exograv rig motion {rig} --write` designs it in some minutes; calibrate afterwards."
+    )
 
 
 def periodic(block: Excitation, seconds: float, dt: float) -> Trajectory:

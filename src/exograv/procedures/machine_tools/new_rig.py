@@ -1,22 +1,28 @@
-"""`exograv rig new`: folder of a user's machine, filled from its URDF, with a question for each other value."""
+"""`exograv rig new`: folder of a user's machine, filled from its URDF or MJCF, with a question for each other value."""
 
 import re
 import shutil
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from exograv.errors import ConfigError
 from exograv.files import PARTIAL
+from exograv.model.completed_urdf import completed_urdf
 from exograv.model.open_questions import Question, open_questions
 from exograv.model.tree import Tree
-from exograv.model.urdf import read_urdf
+from exograv.model.urdf import tree_of
+from exograv.model.urdf_inference import arms, side_of
 
+from .foreign_file import prepare
+from .foreign_file.frames import add_frames, base_at_shoulder, carry_by_body
+from .foreign_file.geometry import arm_geometry
+from .foreign_file.limits import missing_limits, placeholders
+from .foreign_file.postures import donning_posture
+from .foreign_file.reading import Converter, read_foreign
 from .options import NewRigOptions
-from .rig_questions import rig_text
-
-# Visual and collision shapes are only for pictures; no code here uses them, and the twin would search for their meshes.
-PICTURES = re.compile(r"[ \t]*<(visual|collision)\b[^>]*?(?:/>|>.*?</\1\s*>)[ \t]*\n?", re.DOTALL)
+from .rig_questions import Draft, rig_text
 
 
 @dataclass(frozen=True)
@@ -26,28 +32,63 @@ class NewRig:
     folder: Path
     joints: tuple[str, ...]
     questions: list[Question]
-    """Values of `rig.toml` that the URDF does not determine."""
+    """Values of `rig.toml` that the file does not determine."""
+
+    notes: tuple[str, ...] = ()
+    """Changes to the file: joints that are fixed or left out, and links that are added."""
 
 
-def new_rig(options: NewRigOptions) -> NewRig:
-    """Write the folder.
+def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
+    """Write the folder; `convert` is needed for MJCF.
 
     Raises:
-        ModelError: The URDF cannot be used.
-        ConfigError: The folder exists already, or cannot be written.
+        ModelError: The file cannot be used; the message lists its faults.
+        ConfigError: The folder exists already or cannot be written, or the file needs an answer first.
     """
-    tree = read_urdf(options.urdf)
+    robot = read_foreign(options.urdf, convert)
+    notes = prepare(robot, options.side, options.wearer_links, tuple(options.joints))
+    missing = missing_limits(robot)
+    file = Path(f"{options.urdf.name.split('.')[0] or 'machine'}.urdf")
+    notes += _with_frames(robot, file, missing)
+    tree = _tree(robot, file, missing)
     folder = Path(_name(tree)) if options.out == Path() else options.out
     if folder.exists():
         raise ConfigError(f"{folder} exists already; nothing is overwritten. Give another folder with --out.")
-    text = rig_text(tree, folder.name, options.urdf.name, options.side)
-    urdf = PICTURES.sub("", options.urdf.read_text(encoding="utf-8"))
+    found = arms(tree)
+    geometry = [arm_geometry(tree, arm) for arm in found]
+    known = [one for one in geometry if one is not None]
+    closing = donning_posture(tree, known) if len(known) == len(found) else None
+    draft = Draft(tree, found, options.side or side_of(tree), missing, closing)
+    text = rig_text(draft, folder.name, file.name)
+    ElementTree.indent(robot)
+    urdf = ElementTree.tostring(robot, encoding="unicode", xml_declaration=False) + "\n"
     try:
-        _write(folder, {options.urdf.name: urdf, "rig.toml": text})
+        _write(folder, {file.name: urdf, "rig.toml": text})
     except OSError as error:
         raise ConfigError(f"{folder} cannot be written: {error.strerror}. Give another folder with --out.") from error
-    read_urdf(folder / options.urdf.name)
-    return NewRig(folder, tree.joint_names, open_questions(text))
+    return NewRig(folder, tree.joint_names, open_questions(text), tuple(notes))
+
+
+def _tree(robot: ElementTree.Element, file: Path, missing: Mapping[str, set[str]]) -> Tree:
+    text = completed_urdf(ElementTree.tostring(robot, encoding="unicode"), placeholders(missing))
+    return tree_of(ElementTree.fromstring(text), file)
+
+
+def _with_frames(robot: ElementTree.Element, file: Path, missing: Mapping[str, set[str]]) -> list[str]:
+    """Add the frames that the file lacks, and let each adjustable length be one coordinate of a joint."""
+    tree = _tree(robot, file, missing)
+    found = arms(tree)
+    if len(found) == 1 and found[0].places[0].place == "elbow":
+        geometry = arm_geometry(tree, found[0])
+        if geometry is not None:
+            base_at_shoulder(robot, geometry.shoulder)
+            tree = _tree(robot, file, missing)
+            carry_by_body(robot, tree, tree.joint_names[found[0].joints[0]])
+    for arm in found:
+        if arm.upper_arm is not None:
+            carry_by_body(robot, tree, arm.upper_arm.joint)
+    tree = _tree(robot, file, missing)
+    return add_frames(robot, tree, arms(tree))
 
 
 def _write(folder: Path, files: Mapping[str, str]) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
@@ -32,13 +32,20 @@ class NewRigOptions:
     """Options of `exograv rig new`."""
 
     urdf: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """URDF of the machine. It is copied without its pictures and collision shapes."""
+    """URDF or MJCF of the machine. It is copied as URDF without its pictures and collision shapes."""
 
     out: Path = Path()
     """Folder to write, which must not exist; named after the robot, in this folder, if none is given."""
 
     side: Side | None = None
-    """Arm that the machine is for; taken from the names in the URDF if not given."""
+    """Arm that the machine is for; taken from the names in the file if not given. In a file with two arms, the arm that
+    is written."""
+
+    wearer_links: Literal["leave-out", "keep"] | None = None
+    """Answer for links that look like a human arm: leave them out as the wearer's, or keep them as the machine's."""
+
+    joints: Annotated[Sequence[str], words(lambda text: tuple(text.split(",")))] = ()
+    """Joints that move the arm, separated by commas, in place of the inferred ones; every other joint is fixed."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,9 @@ class DesignOptions(Options):
 
     harmonics: int = 8
     """Harmonics of that period."""
+
+    write: tyro.conf.FlagCreatePairsOff[bool] = False
+    """Put the block into the machine's rig.toml in place of its [excitation]."""
 
     starts: Annotated[int, Within(1, 1000)] = 4
     """Random starts beside the machine's present motion: loops, and motions that return on the same path."""

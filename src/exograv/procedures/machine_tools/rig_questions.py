@@ -1,14 +1,19 @@
 """Text of a new `rig.toml`: known values with their reasons, and a "?" for each unknown value."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from exograv.files import toml_value
 from exograv.model.limb import FREEDOMS
 from exograv.model.open_questions import MARK
-from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, sweep_ends
 from exograv.model.tree import Joint, Tree
-from exograv.model.urdf_inference import UNKNOWN, ArmGuess, PlaceGuess, arms, side_of
+from exograv.model.urdf_inference import PLACED, UNKNOWN, ArmGuess, PlaceGuess
 from exograv.options import Side
+
+from .foreign_file.postures import Joints, Sweep, sweep_posture
 
 HEAD = """\
 # {name}: written by `exograv rig new` from {file}. Every "?" is a question: its comment explains the value.
@@ -25,39 +30,64 @@ about_limb_Nm_per_deg = 0.035
 about_others_Nm_per_deg = 0.20
 """
 
-MOTOR = """\
-torque_constant_Nm_per_A = "?"  # of the motor by its data sheet; delete these seven lines for a passive joint
-gear_ratio = "?"                # turns of the motor per turn of the joint
-efficiency = "?"                # of the gear, 0 to 1; about 0.75 for a harmonic drive, 0.9 for a quasi-direct one
-torque_max_Nm = {effort:g}  # effort limit of the URDF; the drive's peak torque at the joint, if that is lower
-rotor_inertia_kgm2 = "?"        # of the rotor, times the square of the gear ratio
-weak_kp_Nm_per_rad = {kp:g}  # proposed: a wrong model moves the joint by some degrees, and the wearer can push it away
-weak_kd_Nms_per_rad = {kd:g}
+DRIVES = """\
+# Drives of all joints. A line in the entry of a joint in [[actuators]] overrides the one here for that joint.
+[drives]
+drive = "?"  # gear of the motors: "harmonic" or "quasi_direct". In a joint's entry also "passive": encoder, no motor
+torque_constant_Nm_per_A = "?"  # N·m per A at the motor's shaft, from its data sheet (often in mN·m/A there)
+gear_ratio = "?"  # turns of the motor per turn of the joint [-]
+rotor_inertia_kgm2 = "?"  # kg·m² at the joint: inertia of the rotor times the square of gear_ratio
+efficiency = 0.75  # [-] typical of a harmonic drive; 0.9 of a quasi-direct one. Calibration measures the product
 """
 
-SWEEP_MARGIN, SWEEP_DEG = 0.1, 90.0
-"""Limits of a proposed sweep: distance from the joint limits as a share of the range, and largest length [°]."""
+KP_MAX = 80.0  # N·m/rad: a wrong model moves the joint by some degrees, and the wearer can push it away
 PERIOD_S, HARMONICS = 20.0, 5
 EXCITATION_SHARE, EXCITATION_DEG = 0.25, 25.0
 """Largest deviation of a proposed excitation from its centre: a share of the joint's range, and [°]."""
 
 
-def rig_text(tree: Tree, name: str, file: str, side: Side | None = None) -> str:
-    """Return the file for this machine; `side` is needed where the URDF's names do not show it."""
-    side, found = side or side_of(tree), arms(tree)
+@dataclass(frozen=True)
+class Draft:
+    """Machine for which a `rig.toml` is written."""
+
+    tree: Tree
+    """Tree of the file, with placeholders for missing limits."""
+
+    found: list[ArmGuess]
+    side: Side | None
+    missing: Mapping[str, set[str]] = field(default_factory=dict)
+    """Attributes of `<limit>` that the file lacks, by joint."""
+
+    closing: Joints | None = None
+    """Posture in which the cuffs are fastened [rad]; None if it is not known."""
+
+    @property
+    def begins_at_elbow(self) -> bool:
+        """True if the machine has no shoulder joints."""
+        return [arm.places[0].place for arm in self.found if arm.places] == ["elbow"]
+
+    def lacks(self, joint: Joint, *keys: str) -> bool:
+        """Return True if the file lacks a limit of a joint."""
+        return bool(self.missing.get(joint.name, set()) & set(keys))
+
+
+def rig_text(draft: Draft, name: str, file: str) -> str:
+    """Return the file for this machine."""
+    tree, found = draft.tree, draft.found
     known = {i: guess for arm in found for i, guess in zip(arm.joints, arm.places, strict=True)}
     places = [known.get(i, UNKNOWN) for i in range(len(tree.joints))]
     parts = [
         HEAD.format(name=name, file=file, quoted=toml_value(name), title=toml_value(tree.name)),
-        _urdf(file, side),
-        _wearer(tree, found, side),
-        *(_adjustment(arm) for arm in found),
+        _urdf(file, draft.side),
+        _wearer(found, draft.side),
+        *(_adjustment(arm, draft.begins_at_elbow) for arm in found),
         *(_cuffs(arm, _kind(found)) for arm in found),
-        _donning(tree, found),
-        *(_actuator(joint, place) for joint, place in zip(tree.joints, places, strict=True)),
-        _task(tree),
-        _calibration(tree, found),
-        _excitation(tree),
+        _donning(draft),
+        _drives(draft),
+        *(_actuator(draft, joint, place) for joint, place in zip(tree.joints, places, strict=True)),
+        _task(draft),
+        _calibration(draft),
+        _excitation(draft),
     ]
     return "\n".join(part for part in parts if part)
 
@@ -65,22 +95,19 @@ def rig_text(tree: Tree, name: str, file: str, side: Side | None = None) -> str:
 def _urdf(file: str, side: Side | None) -> str:
     if side is not None:
         return f"[urdf]\n{side} = {toml_value(file)}\n"
-    return (
-        f"[urdf]\n"
-        f'right = "?"  # {file} if this is the machine for the right arm; else delete this line\n'
-        f'left = "?"   # {file} if it is for the left arm; else delete this line. One machine for both arms: both = …\n'
-    )
+    return f'[urdf]\nfile = {toml_value(file)}\nside = "?"  # arm that the machine is for: "right", "left", or "both"\n'
 
 
 def _kind(found: list[ArmGuess]) -> ArmKind | None:
     """Return the kind of arm, by the number of joints beyond the elbow; None if it is not known."""
     kinds: dict[int, ArmKind] = {n - 4: kind for kind, n in FREEDOMS_OF_ARM.items()}
-    beyond = [0 if len(arm.joints) <= min(FREEDOMS_OF_ARM.values()) else arm.wrist_joints for arm in found]
+    fewest = min(FREEDOMS_OF_ARM.values())
+    beyond = [0 if arm.wrist_joints is None and len(arm.joints) <= fewest else arm.wrist_joints for arm in found]
     counts = [count for count in beyond if count is not None]
     return kinds[min(max(counts), max(kinds))] if len(counts) == len(beyond) else None
 
 
-def _wearer(tree: Tree, found: list[ArmGuess], side: Side | None) -> str:
+def _wearer(found: list[ArmGuess], side: Side | None) -> str:
     kind = _kind(found)
     others = ", ".join(f'"{name}"' for name in FREEDOMS_OF_ARM if name != kind)
     if kind is None:
@@ -98,7 +125,8 @@ def _wearer(tree: Tree, found: list[ArmGuess], side: Side | None) -> str:
 
 def _centre(arm: ArmGuess) -> str:
     if arm.shoulder_centre is not None:
-        return f"{toml_value(arm.shoulder_centre)}  # where the first three axes meet"
+        where = "where the first three axes meet" if arm.meeting is not None else "assumed at the length below"
+        return f"{toml_value(arm.shoulder_centre)}  # {where}"
     what = "link, fixed to the base, where the machine has the wearer's shoulder"
     if arm.meeting is None:
         return f'"?"  # {what}; the first three axes do not meet in a point'
@@ -106,15 +134,20 @@ def _centre(arm: ArmGuess) -> str:
     return f'"?"  # {what}; the first three axes meet at {x:.4g} {y:.4g} {z:.4g} in the base: add such a link there'
 
 
-def _adjustment(arm: ArmGuess) -> str:
+def _adjustment(arm: ArmGuess, begins_at_elbow: bool) -> str:
     if arm.upper_arm is None:
         return ""
     length = arm.upper_arm
+    head = "# Delete this table if the machine cannot be set to the wearer's upper arm.\n"
+    ends = 'min_m = "?"  # m: shortest upper arm that it can be set to\nmax_m = "?"  # m: longest\n'
+    if begins_at_elbow:
+        head = "# The machine has no shoulder: it stands where the wearer's elbow is.\n"
+        ends = "min_m = 0.2  # m: upper arm of the smallest and the tallest wearer, assumed\nmax_m = 0.4\n"
     return (
-        "# Delete this table if the machine cannot be set to the wearer's upper arm.\n[[adjustments]]\n"
-        f'joint = {toml_value(length.joint)}\nsegment = "upper_arm"\naxis = "{length.axis}"\n'
-        f"nominal_m = {length.metres:.6g}  # as in the URDF, along {length.axis} of its parent\n"
-        'min_m = "?"  # shortest upper arm that it can be set to [m]\nmax_m = "?"  # longest [m]\n'
+        f'{head}[[adjustments]]\njoint = {toml_value(length.joint)}\nsegment = "upper_arm"\n'
+        f'axis = "{length.axis}"\n'
+        f"nominal_m = {length.metres:.9g}  # as in the URDF, along {length.axis} of its parent\n"
+        f"{ends}"
     )
 
 
@@ -125,7 +158,8 @@ def _cuffs(arm: ArmGuess, kind: ArmKind | None) -> str:
         prefix = f"{arm.side}_" if arm.side else ""
         frame = '"?"  # link whose z is along the limb, at the cuff on the ' + segment
         if len(arm.cuffs) == len(segments):
-            frame = f"{toml_value(arm.cuffs[i])}  # by its name; z along the limb"
+            origin = "added to the URDF" if arm.cuffs[i].startswith(PLACED) else "by its name"
+            frame = f"{toml_value(arm.cuffs[i])}  # {origin}; z along the limb"
         side = f'side = "{arm.side}"\n' if arm.side else ""
         blocks.append(
             f'[[cuffs]]\nname = "{prefix}{segment}"\nexo_frame = {frame}\nsegment = "{segment}"\n{side}{CUFF_STIFFNESS}'
@@ -133,60 +167,128 @@ def _cuffs(arm: ArmGuess, kind: ArmKind | None) -> str:
     return "\n".join(blocks)
 
 
-def _donning(tree: Tree, found: list[ArmGuess]) -> str:
+def _donning(draft: Draft) -> str:
+    tree, found = draft.tree, draft.found
     kind = _kind(found)
     freedoms = len(FREEDOMS) if kind is None else FREEDOMS_OF_ARM[kind]
     count = "first 4 to 7" if kind is None else str(freedoms * len(found))
     names = ", ".join(FREEDOMS[:freedoms])
     sides = ", first the right arm's" if len(found) > 1 else ""
+    posture, arm = '"?"', '"?"'
+    head = "# Where the cuffs are fastened and strain-free, inside the limits; best with the arm hanging, elbow at 90°."
+    closing = draft.closing
+    if closing is not None and kind is not None:
+        posture = _degrees(closing)
+        arm = str([0.0, 0.0, 0.0, 90.0, 0.0, 0.0, 0.0][:freedoms] * len(found))
+        head = (
+            "# Where the cuffs are fastened and strain-free. Proposed: the arm hangs, elbow at 90°, if the base has\n"
+            "# z up and x forward. `exograv data view` shows it."
+        )
+    joints = ", ".join(tree.joint_names)
     return (
-        "# Where the cuffs are fastened and strain-free, inside the limits; best with the arm hanging, elbow at 90°.\n"
-        f'[donning]\nposture_deg = "?"  # {_angles(tree)} of the machine: [{", ".join(tree.joint_names)}]\n'
-        f'arm_posture_deg = "?"  # {count} angles of the wearer in that posture: [{names}]{sides}\n'
+        f"{head}\n[donning]\nposture_deg = {posture}  # {_angles(tree)} of the machine: [{joints}]\n"
+        f"arm_posture_deg = {arm}  # {count} angles of the wearer in that posture: [{names}]{sides}\n"
     )
 
 
-def _actuator(joint: Joint, place: PlaceGuess) -> str:
+def _drives(draft: Draft) -> str:
+    lines = DRIVES
+    if any(draft.lacks(joint, "effort") for joint in draft.tree.joints):
+        lines += 'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive, where the URDF gives none\n'
+    if any(draft.lacks(joint, "velocity") for joint in draft.tree.joints):
+        lines += 'speed_max_deg_s = "?"  # °/s at the joint, where the URDF gives no largest speed\n'
+    return lines
+
+
+def _actuator(draft: Draft, joint: Joint, place: PlaceGuess) -> str:
     reason = place.reason or "shoulder, elbow or wrist (forearm roll counts as wrist)"
-    shown = f'"{place.place or MARK}"  # {reason}'
-    kp = min(80.0, 1.5 * joint.effort)
-    motor = MOTOR.format(effort=joint.effort, kp=round(kp, 2), kd=round(kp / 8.0, 2))
-    return (
-        f"[[actuators]]\njoint = {toml_value(joint.name)}\nplace = {shown}\n"
-        f'drive = "?"  # "harmonic", "quasi_direct", or "passive" for an encoder without motor\n{motor}'
-    )
+    lines = [f"[[actuators]]\njoint = {toml_value(joint.name)}", f'place = "{place.place or MARK}"  # {reason}']
+    if draft.lacks(joint, "lower", "upper"):
+        lines.append('range_deg = "?"  # °: [lower, upper] limit of the joint; the URDF gives none')
+    kp, source = KP_MAX, "of recupera_like"
+    if not draft.lacks(joint, "effort"):
+        lines.append(
+            f"torque_max_Nm = {joint.effort:g}  # N·m: effort of the URDF; or the drive's peak, if that is lower"
+        )
+        kp, source = min(KP_MAX, 1.5 * joint.effort), "proposed: 1.5 per N·m of torque_max, at most 80"
+    lines += [f"weak_kp_Nm_per_rad = {kp:.2f}  # {source}", f"weak_kd_Nms_per_rad = {kp / 8.0:.2f}"]
+    return "\n".join(lines) + "\n"
 
 
-def _task(tree: Tree) -> str:
+def _task(draft: Draft) -> str:
+    tree = draft.tree
     limits = "; ".join(f"{joint.name} {low:.0f} to {high:.0f}" for joint, low, high in _limits(tree))
     return (
-        f"# The box of postures in which the arm must be weightless. Limits of the joints: {limits}.\n"
-        f'[task_workspace]\nlower_deg = "?"  # {_angles(tree)}\nupper_deg = "?"  # {_angles(tree)}\n'
+        f"# The box of postures in which the arm must be weightless. Limits of the joints [°]: {limits}.\n"
+        f'[task_workspace]\nlower_deg = "?"  # °: {_angles(tree)}\nupper_deg = "?"  # °: {_angles(tree)}\n'
     )
 
 
-def _calibration(tree: Tree, found: list[ArmGuess]) -> str:
-    # A weight on the forearm does not load the wrist, nor one on the right arm the left.
-    main = {i for i, guess in zip(found[0].joints, found[0].places, strict=True) if guess.place != "wrist"}
+def _calibration(draft: Draft) -> str:
+    mount = _forearm_cuff(draft.found[0])
+    shown = '"?"  # link on which known weights can be hung, far out'
+    if mount is not None:
+        shown = f"{toml_value(mount)}  # proposed; a link farther out finds the gains better"
     blocks = [
         "# How the empty machine is calibrated. Without any motor: delete [calibration], its sweeps and [excitation].\n"
-        '[calibration]\nmount = "?"       # link on which known weights can be hung, far out\n'
-        'weights_kg = "?"  # at least two, as [1.5, 3.0]; the heaviest like an arm if the drives hold it\n'
+        f"[calibration]\nmount = {shown}\n"
+        'weights_kg = "?"  # kg: at least two, as [1.5, 3.0]; the heaviest like an arm if the drives hold it\n'
     ]
-    for i, (joint, low, high) in enumerate(_limits(tree)):
-        own = "" if i in main else f'mount = "{MARK}"  # link beyond {joint.name} on which the weights can be hung\n'
-        middle, reach = 0.5 * (low + high), min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (high - low))
-        blocks.append(
-            f"[[calibration.sweeps]]\njoint = {toml_value(joint.name)}\n"
-            f"from_deg = {middle - reach:.1f}  # proposed, off the limits\nto_deg = {middle + reach:.1f}\n"
-            f'posture_deg = "?"  # {_angles(tree)}; the other joints so that the weight loads this one\n{own}'
-        )
+    blocks += [_sweep(draft, i) for i in range(len(draft.tree.joints))]
     return "\n".join(blocks)
 
 
-def _excitation(tree: Tree) -> str:
+def _forearm_cuff(arm: ArmGuess) -> str | None:
+    return next((name for name in arm.cuffs if "forearm" in name), None)
+
+
+def _mount(draft: Draft, i: int) -> tuple[str | None, bool]:
+    """Return the place of the weight that loads a joint, None if it is not known, and True if it is the main one."""
+    arm = next((arm for arm in draft.found if i in arm.joints), draft.found[0])
+    place = dict(zip(arm.joints, arm.places, strict=True)).get(i, UNKNOWN).place
+    if place != "wrist":
+        # A weight on the right arm does not load the left.
+        return _forearm_cuff(arm), arm is draft.found[0]
+    bracket = f"{PLACED}{arm.side + '_' if arm.side else ''}wrist_mount"
+    return (bracket if bracket in draft.tree.frames else None), False
+
+
+def _held(draft: Draft) -> dict[int, float]:
+    """Positions [rad] at which joints without known limits stay in proposed sweeps."""
+    closing = draft.closing
+    joints = draft.tree.joints
+    unknown = [i for i, joint in enumerate(joints) if draft.lacks(joint, "lower", "upper")]
+    return {i: 0.0 if closing is None else float(closing[i]) for i in unknown}
+
+
+def _sweep(draft: Draft, i: int) -> str:
+    tree = draft.tree
+    joint, lower, upper = _limits(tree)[i]
+    low, high = sweep_ends(lower, upper)
+    mount, is_main = _mount(draft, i)
+    lines = [f"[[calibration.sweeps]]\njoint = {toml_value(joint.name)}"]
+    if not draft.lacks(joint, "lower", "upper"):
+        lines += [f"from_deg = {low}  # °: proposed, off the limits", f"to_deg = {high}"]
+    posture, why = '"?"', "the others so that the weight loads this one"
+    if mount is not None and tree.frames[mount].body >= 0:
+        at, ends = tree.frames[mount], (float(np.deg2rad(low)), float(np.deg2rad(high)))
+        found = sweep_posture(tree, Sweep(i, ends, at.body, at.p_body_frame), _held(draft))
+        posture, why = _degrees(found), "proposed: the weight loads this joint; is the way free?"
+    lines.append(f"posture_deg = {posture}  # °: {_angles(tree)}; {why}")
+    if not is_main:
+        what = f"link beyond {joint.name} on which the weights can be hung"
+        lines.append(f"mount = {toml_value(mount or MARK)}  # {'proposed: ' if mount else ''}{what}")
+    return "\n".join(lines) + "\n"
+
+
+def _excitation(draft: Draft) -> str:
     """Return harmonics with phases that never repeat, so that no joint follows another."""
-    size = np.array([min(EXCITATION_DEG, EXCITATION_SHARE * (high - low)) for _, low, high in _limits(tree)])
+    ends = [(low, high) for _, low, high in _limits(draft.tree)]
+    size = np.array([min(EXCITATION_DEG, EXCITATION_SHARE * (high - low)) for low, high in ends])
+    low, high = np.array(ends).T
+    closing = draft.closing
+    centre = 0.5 * (low + high) if closing is None else np.rad2deg(closing)
+    centre = np.clip(centre, low + size, high - size).round(1) + 0.0
     joints, harmonics = np.arange(len(size)), np.arange(1, HARMONICS + 1)[:, None]
     phase = 2 * np.pi * ((np.sqrt(5.0) - 1) / 2 * harmonics * (joints + 1) % 1.0)
     rows = {
@@ -194,11 +296,14 @@ def _excitation(tree: Tree) -> str:
         for name, wave in (("sine", np.sin), ("cosine", np.cos))
     }
     return (
-        "# The motion that identifies the arm: proposed and small; exograv rig motion finds a better one.\n"
-        f"[excitation]\nperiod_s = {PERIOD_S}\n"
-        f'centre_deg = "?"  # {_angles(tree)}: middle of the task workspace\n'
+        "# The motion that identifies the arm: small, not designed for this machine. `exograv rig motion` designs it.\n"
+        f'[excitation]\nsource = "proposed"\nperiod_s = {PERIOD_S}\ncentre_deg = {centre.tolist()}\n'
         f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"
     )
+
+
+def _degrees(posture: Joints) -> str:
+    return str((np.rad2deg(posture).round(1) + 0.0).tolist())  # + 0.0 makes -0.0 a plain zero
 
 
 def _angles(tree: Tree) -> str:

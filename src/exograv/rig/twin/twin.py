@@ -309,7 +309,7 @@ class Twin:
         then on.
         """
         memory, joints = self._memory, len(self._machine.drives.gain)
-        memory["drives"][TAU_MOTOR, joint] *= factor
+        self._drive_states()[TAU_MOTOR, joint] *= factor
         memory["commands"][joint] *= factor
         memory["measurements"][joints + joint] *= factor
 
@@ -346,7 +346,7 @@ class Twin:
             v=data.qvel[scene.exo],
             q_arm=data.qpos[scene.arm],
             v_arm=data.qvel[scene.arm],
-            tau_motor=self._memory["drives"][TAU_MOTOR].copy(),
+            tau_motor=self._drive_states()[TAU_MOTOR].copy(),
             tau_muscle=self._memory["tau_muscle"] + self.tau_voluntary,
         )
 
@@ -361,11 +361,15 @@ class Twin:
         """Coefficient with which each drive brakes its own motor since the last step (joint,) [N·m·s/rad]."""
         return self._forces.outputs["damping_in_force"].copy()
 
+    def _drive_states(self) -> Float[np.ndarray, "state joint"]:
+        """View of the drives' states; a kernel keeps the single column of a one-joint machine as a vector."""
+        return self._memory["drives"].reshape(-1, len(self._machine.drives.gain), order="F")
+
     def _start(self, q: Joints) -> None:
         q_arm, tau = Statics(self._scene, self._wearer, with_passive=True).begin(q)
         memory = self._memory
         memory["start"][0] = self._t0
-        drives = memory["drives"]
+        drives = self._drive_states()
         # A joint without a motor cannot be held: it moves at once.
         tau = np.where(self._machine.drives.gain != 0.0, tau, 0.0)
         of_gain = np.ones(len(q)) if self._machine.foreign is None else self._machine.foreign.gain_at(q)

@@ -45,7 +45,7 @@ def check_rig(options: CheckOptions, out: Path, progress: Progress) -> CheckResu
     body = Body(options.height_m, options.mass_kg, options.sex)
     progress("Reading the machine's files", 0.0)
     settings, files = read_settings(folder, findings)
-    trees = read_trees(files, findings)
+    trees = read_trees(folder, files, findings)
     for file, tree in trees.items():
         examine_units(file, tree, findings)
     result = CheckResult(folder.name if settings is None else settings.name)
@@ -55,6 +55,12 @@ def check_rig(options: CheckOptions, out: Path, progress: Progress) -> CheckResu
         result.side, result.human_dof = description.side, _freedoms(description)
         if _agrees(settings, folder, trees, findings):
             _examine_with_a_wearer(description, body, findings, result, out, progress)
+    plan = None if settings is None else settings.excitation
+    if plan is not None and plan.source == "proposed" and not findings.problems:
+        findings.note(
+            "[excitation] is the proposal of `exograv rig new`, not designed for this machine: more torque is left "
+            f"over. `exograv rig motion {options.rig} --write` designs it."
+        )
     result.ok, result.problems, result.notes = not findings.problems, findings.problems, findings.notes
     return result
 

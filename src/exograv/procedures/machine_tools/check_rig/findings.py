@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from exograv.errors import ExogravError
+from exograv.errors import ExogravError, ModelFaultsError
 
 Result = TypeVar("Result")
 
@@ -17,12 +17,15 @@ class CheckFindings:
     notes: list[str] = field(default_factory=list)
 
     def attempt(self, action: Callable[[], Result]) -> Result | None:
-        """Run the action and return its result. On an error, add its message as a problem and return None."""
+        """Run the action and return its result. On an error, add its sentences as problems and return None."""
         try:
             return action()
+        except ModelFaultsError as error:
+            for fault in error.args:
+                self.problem(fault)
         except ExogravError as error:
             self.problem(str(error))
-            return None
+        return None
 
     def problem(self, sentence: str) -> None:
         """Add a problem once, even if both the right and the left file have it."""

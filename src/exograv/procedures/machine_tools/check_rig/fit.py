@@ -24,6 +24,9 @@ CUFF_OFF_M = 0.10
 thickness."""
 TILT_MAX_DEG = 30.0
 """Allowed angle of a cuff's z, or the machine's elbow axis, to the arm's own [°]."""
+AIM_MAX_DEG = 3.0
+"""Allowed angle of the wearer's upper arm at donning to the line from the shoulder centre to the machine's elbow axis
+[°]; flexion and abduction that are swapped by 5° exceed it."""
 STRETCH_MAX_M, TURN_MAX_DEG = 0.03, 30.0
 """Allowed strain of a cuff. Under the weight of an arm it sags 4-19 mm (docs/explanation/arm.md)."""
 SLOPE_MAX = 1e-3  # N·m: allowed residual of the search for the closed posture
@@ -35,10 +38,11 @@ Pose = tuple[Float[np.ndarray, "3 3"], Point]
 class Donned:
     """Numeric poses of machine and arm in the posture of donning."""
 
-    def __init__(self, assembly: Assembly):
+    def __init__(self, assembly: Assembly, z: Float[np.ndarray, " freedom"] | None = None):
+        """`z`: posture of the arm [rad], if not the one of donning."""
         self.assembly, description = assembly, assembly.description
         fit = ca.SX.zeros(len(fit_names(assembly)))
-        self.q, self.z = description.donning_posture, description.arm_donning_posture
+        self.q, self.z = description.donning_posture, description.arm_donning_posture if z is None else z
         self._exo = body_poses(assembly.exo, ca.SX(ca.DM(self.q)))
         self._arm = arm_poses(assembly, ca.SX(ca.DM(self.z)), fit)
 
@@ -122,6 +126,39 @@ def _examine_elbow(donned: Donned, limb: Limb, findings: CheckFindings) -> None:
                 f"{tilt:.0f}° tilted against it; allowed: {1e3 * ELBOW_OFF_M:.0f} mm and {TILT_MAX_DEG:.0f}°. Correct "
                 "donning, shoulder_centre or the lengths."
             )
+        else:
+            _refuse_wrong_aim(donned, limb, i, findings)
+
+
+def _aim_deg(donned: Donned, limb: Limb, joint: int) -> float:
+    """Angle of the upper arm to the plane through the shoulder centre and the machine's elbow axis [°]."""
+    R, p = donned.exo_body(joint)
+    axis, elbow = R @ donned.assembly.exo.joints[joint].axis, donned.arm_frame(f"{limb.prefix}forearm")[1]
+    upper_arm = elbow - donned.arm_frame(f"{limb.prefix}upper_arm")[1]
+    length = float(np.linalg.norm(upper_arm))
+    along = upper_arm / length
+    # A wrong length moves the elbow along the upper arm; only the distance across it is an error of the angles.
+    across = elbow - p - axis * (axis @ (elbow - p))
+    across = across - along * (along @ across)
+    return float(np.rad2deg(np.arctan2(np.linalg.norm(across), length)))
+
+
+def _refuse_wrong_aim(donned: Donned, limb: Limb, joint: int, findings: CheckFindings) -> None:
+    off = _aim_deg(donned, limb, joint)
+    if off <= AIM_MAX_DEG:
+        return
+    swapped = donned.z.copy()
+    first = limb.freedoms.start
+    swapped[[first, first + 1]] = swapped[[first + 1, first]]
+    flexion, abduction = np.rad2deg(donned.z[[first, first + 1]])
+    hint = "Correct donning or shoulder_centre."
+    if _aim_deg(Donned(donned.assembly, swapped), limb, joint) < 0.5 * off:
+        hint = "With these two swapped it points there: the first angle is flexion, the second abduction."
+    findings.problem(
+        f"the wearer's upper arm points {off:.1f}° beside the axis of '{donned.assembly.exo.joints[joint].name}' at "
+        f"donning; allowed: {AIM_MAX_DEG:g}°. donning.arm_posture_deg has flexion {flexion:.1f}° and abduction "
+        f"{abduction:.1f}°. {hint}"
+    )
 
 
 def examine_loops(assembly: Assembly, solver: LoopSolver, findings: CheckFindings) -> CuffStrain:

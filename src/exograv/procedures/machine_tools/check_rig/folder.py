@@ -6,11 +6,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from exograv.model.completed_urdf import completed_urdf, unfinished_limits
 from exograv.model.description import rig_folder, validation_sentence
 from exograv.model.open_questions import MARK, open_questions
 from exograv.model.rig_settings import RigSettings
 from exograv.model.tree import Tree
-from exograv.model.urdf import read_urdf
+from exograv.model.urdf import root_of, text_of, tree_of
 
 from .findings import CheckFindings
 
@@ -42,17 +43,30 @@ def read_settings(folder: Path, findings: CheckFindings) -> tuple[RigSettings | 
     return (settings if not findings.problems else None), files
 
 
-def read_trees(files: list[Path], findings: CheckFindings) -> dict[str, Tree]:
+def read_trees(folder: Path, files: list[Path], findings: CheckFindings) -> dict[str, Tree]:
     """Return the trees of all files that can be read, by file name."""
+    limits = _limits(folder / "rig.toml")
     trees = {}
     for file in files:
         if not file.is_file():
             findings.problem(f"rig.toml names '{file.name}', which is not in {file.parent}. Put it there.")
             continue
-        tree = findings.attempt(lambda file=file: read_urdf(file))
+        tree = findings.attempt(lambda file=file: _tree(file, limits))
         if tree is not None:
             trees[file.name] = tree
     return trees
+
+
+def _limits(path: Path) -> dict[str, dict[str, float]]:
+    """Return the joint limits in `rig.toml`, with placeholders for open questions; empty if it cannot be read."""
+    try:
+        return unfinished_limits(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+
+
+def _tree(file: Path, limits: dict[str, dict[str, float]]) -> Tree:
+    return tree_of(root_of(completed_urdf(text_of(file), limits), file.name), file)
 
 
 def _data(folder: Path, findings: CheckFindings) -> dict[str, Any]:
@@ -76,5 +90,5 @@ def _data(folder: Path, findings: CheckFindings) -> dict[str, Any]:
 
 def _files(folder: Path, data: dict[str, Any]) -> list[Path]:
     named = data.get("urdf")
-    names = named.values() if isinstance(named, dict) else []
+    names = [value for key, value in named.items() if key != "side"] if isinstance(named, dict) else []
     return [folder / name for name in names if isinstance(name, str) and name and name != MARK]

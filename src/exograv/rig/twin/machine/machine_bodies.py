@@ -28,7 +28,7 @@ def machine_spec(description: RigDescription, machine: Machine, lengths: Mapping
     Raises:
         ModelError: MuJoCo cannot read the URDF.
     """
-    text = description.urdf_path.read_text(encoding="utf-8")
+    text = description.urdf_text()
     head = text.index(">", text.index("<robot")) + 1
     try:
         spec = mujoco.MjSpec.from_string(text[:head] + COMPILER + text[head:])

@@ -317,4 +317,5 @@ def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Ke
 
 def _bindings(scene: Scene, kinematics: Kinematics) -> dict[str, np.ndarray]:
     names = [*vars(kinematics), "qpos", "qvel", "xfrc_applied", "qfrc_applied"]
-    return {name: getattr(scene.data, name) for name in names}
+    # Flat: MuJoCo's rows are the kernel's columns, and the order of a square matrix would be ambiguous.
+    return {name: getattr(scene.data, name).reshape(-1) for name in names}
