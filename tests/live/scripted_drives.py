@@ -102,7 +102,7 @@ class World(ABC):
     script: Script
     now: int = 5_000_000_000
     tick: int = 0
-    sent: list[object] = field(default_factory=list)
+    sent: list[Any] = field(default_factory=list)
     arrivals: list[tuple[int, Any]] = field(default_factory=list)
     currents: np.ndarray = field(default_factory=lambda: np.zeros(JOINTS))
     control_looks: Callable[[], None] = lambda: None

@@ -101,7 +101,7 @@ class Recording:
         from matplotlib.figure import Figure
 
         rows = np.arange(0, self._read.tick_count, max(1, self._read.tick_count // PLOT_POINTS))
-        none = empty_ticks(0, len(self.joints))[list(PLOTTED)]
+        none = empty_ticks(0, len(self.joints))[list[str](PLOTTED)]
         ticks = rows_at(chain([none], self._read.pieces(PLOTTED)), rows)
         figure = Figure(figsize=(10, 1.0 + 1.7 * len(self.joints)), layout="constrained")
         panels = figure.subplots(len(self.joints), 2, sharex=True, squeeze=False)

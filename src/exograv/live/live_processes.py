@@ -15,13 +15,13 @@ from exograv.errors import RigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import written_person
 from exograv.results import json_value
+from exograv.runtime.clock.free_memory import return_free_memory
 from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.runtime.control_loop.answering import ControlInterface
 from exograv.runtime.control_loop.exchange import Channels, PersonUpdate, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_commands import ENDS, GuardLine
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
-from exograv.runtime.clock.free_memory import return_free_memory
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.processes.supervisor import Supervisor
 from exograv.runtime.recorder.recorder import Recorder, RecorderReport, timing_message

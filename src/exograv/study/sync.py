@@ -309,7 +309,10 @@ def _remarks(stream: DeviceStream, rhythm: Rhythm, foreign: Samples | None) -> l
 
 def _robot(recording: Recording) -> RobotSync | None:
     pieces = recording.pieces(("now", "monotonic"))
-    ticks = np.concatenate([ticks[np.isfinite(ticks["monotonic"])] for ticks in pieces] or [np.empty(0)])
+    timed = [ticks[np.isfinite(ticks["monotonic"])] for ticks in pieces]
+    if not timed:
+        return None
+    ticks = np.concatenate(timed)
     if len(ticks) < 2:
         return None
     ahead = ticks["now"] - ticks["monotonic"]

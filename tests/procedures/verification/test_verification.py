@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from exograv.identification.core.left_over import REJECTED_MAX, RESTLESS
+from exograv.identification.core.interface import RESTLESS
+from exograv.identification.core.left_over import REJECTED_MAX
 from exograv.procedures.verification.estimate import LeftOver
 from exograv.procedures.verification.verification import RESTLESS_TEXT, VerificationResult
 

@@ -98,8 +98,8 @@ class Comparison:
         self.first: FirstDifference | None = None
         self.recorded_stops_s = list[float]()
         """Times at which the guard began a soft descent in the run [s]."""
-        self.is_identical = dict.fromkeys(WHAT, True)
-        self.spreads = {name: Spread(len(joints)) for name in WHAT}
+        self.is_identical: dict[str, bool] = dict.fromkeys(WHAT, True)
+        self.spreads: dict[str, Spread] = {name: Spread(len(joints)) for name in WHAT}
         self._phases: dict[int, _Phase] = {}
         self._was_stopped = False
 

@@ -76,5 +76,13 @@ def _phase_names(ax: Axes, series: ReplaySeries) -> None:
     ends, span = [*(t for t, _ in series.phases[1:]), last], last - first
     for (begin, name), end in zip(series.phases, ends, strict=True):
         if end - begin > LABEL_SHARE * span:
-            place = (0.5 * (begin + end), 1.03)
-            ax.text(*place, name, transform=ax.get_xaxis_transform(), ha="center", va="bottom", size=7.5, rotation=25)
+            ax.text(
+                0.5 * (begin + end),
+                1.03,
+                name,
+                transform=ax.get_xaxis_transform(),
+                ha="center",
+                va="bottom",
+                size=7.5,
+                rotation=25,
+            )

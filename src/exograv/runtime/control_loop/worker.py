@@ -63,7 +63,7 @@ class WorkerMemory:
 
     def sample_ring(self) -> Ring:
         """Return the ring from control to the worker."""
-        return Ring(sample_dtype(self.joints), self.samples_max, self.samples, is_lazy=True)
+        return Ring(sample_dtype(self.joints), self.samples_max, self.samples)
 
     def finding_ring(self) -> Ring:
         """Return the ring from the worker to control and to the parent."""
