@@ -92,7 +92,8 @@ class ReplaySeries:
         is_new = numbers[starts] == self._starts[which]
         self._ends_s[0, which[is_new]] = t[starts[is_new]]
         self._ends_s[1, which] = t[np.append(starts[1:], len(t)) - 1]
-        self.phases += [(t[k], self._names[int(phases[k])]) for k in np.flatnonzero(np.diff(phases, prepend=self._phase))]
+        begun = np.flatnonzero(np.diff(phases, prepend=self._phase))
+        self.phases += [(t[k], self._names[int(phases[k])]) for k in begun]
         self._phase = int(phases[-1])
         self._measure(torques[2][begin:])
 
