@@ -295,7 +295,7 @@ def test_the_machines_are_listed_for_scripts_too(tmp_path: Path):
 def test_a_new_machine_has_problems_until_it_is_answered_and_the_exit_status_says_so(tmp_path: Path):
     made = exograv("new-rig", str(URDF), folder=tmp_path)
     assert made.returncode == 0
-    assert "donning.posture_deg: 4 angles of the machine" in made.stdout
+    assert "drives.gear_ratio: turns of the motor per turn of the joint" in made.stdout
     words = ("check-rig", "recupera_like_right", "--json", "check.json", "--out", "out")
     assert exograv(*words, folder=tmp_path).returncode == 1
     result = json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))

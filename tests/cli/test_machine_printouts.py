@@ -19,7 +19,14 @@ def checked(limit: float | None, problems: list[str]) -> CheckResult:
     """Return the figures of a checked machine."""
     rows = [TorqueRow(joint, limit, 6.2, 10.4, 5.7, 3.2) for joint in JOINTS]
     return CheckResult(
-        "my_machine", side="right", rank=4, human_dof=4, torque_Nm=rows, problems=problems, ok=not problems
+        "my_machine",
+        side="right",
+        rank=4,
+        human_dof=4,
+        torque_Nm=rows,
+        largest_arm_kg=5.0,
+        problems=problems,
+        ok=not problems,
     )
 
 

@@ -1,5 +1,6 @@
 """A replay reads the ticks in pieces, and keeps of each piece its figures only."""
 
+import gc
 import tracemalloc
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from exograv.recording import open_recording, read_recording, stored_messages
 from exograv.report.figures.replay_data import BINS, ReplaySeries
 from memory import write_long
 
-SHORT, LONG = 5_000, 20_000
+SHORT, LONG = 5_000, 60_000
 OFF_NM = 0.25
 
 
@@ -37,8 +38,11 @@ def compared(path: Path) -> tuple[Comparison, ReplaySeries]:
 def test_memory_of_a_comparison_grows_by_at_most_two_bytes_per_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 1000)
     peaks = list[int]()
+    write_long(tmp_path / "short.mcap", SHORT)
+    compared(tmp_path / "short.mcap")  # what is made once
     for ticks in (SHORT, LONG):
         write_long(tmp_path / "long.mcap", ticks)
+        gc.collect()
         tracemalloc.start()
         compared(tmp_path / "long.mcap")
         peaks.append(tracemalloc.get_traced_memory()[1])
