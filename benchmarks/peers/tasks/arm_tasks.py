@@ -73,7 +73,16 @@ def aligned_tick_task(n: int) -> Task:
     tick = programs.AlignedTick(assembly, machines.aligned_arm(n), machine)
     x, function = tick.x, programs.aligned_tick_function(tick)
     states = _draw(lambda generator: {**_moment(generator, assembly), "x": x})
-    return Task(f"tick_aligned_{n}", "tick_aligned", function, assembly.exo, states, ("x", "mode"), TICK_RESULTS, tick)
+    return Task(
+        f"tick_aligned_{n}",
+        "tick_aligned",
+        function,
+        assembly.exo,
+        states,
+        ("x", "mode"),
+        (*TICK_RESULTS, "spring"),
+        tick,
+    )
 
 
 def general_tick_task(n: int) -> Task:
