@@ -52,12 +52,10 @@ def read_host(root: Path = Path("/")) -> Host:
 
 
 class LoopCpus(NamedTuple):
-    """Processors of the live loop."""
+    """Processors of the live loop: two different ones, if this process may use two."""
 
     guard: int
-    control: tuple[int, ...]
-    """Processors that control may use: one that is not the guard's, if this process may use three. Of two it may use
-    both, because simulated drives in real time take one; the guard has the higher priority."""
+    control: int
 
 
 def loop_cpus(host: Host | None = None) -> LoopCpus:
@@ -71,7 +69,7 @@ def loop_cpus(host: Host | None = None) -> LoopCpus:
     host = read_host() if host is None else host
     others = sorted(set(host.cpus) - set(host.isolated_cpus), reverse=True)
     guard, *further = (*host.isolated_cpus, *others)
-    return LoopCpus(guard, (further[0],) if len(further) > 1 else tuple(sorted((guard, *further))))
+    return LoopCpus(guard, further[0] if further else guard)
 
 
 def cpu_list(text: str) -> tuple[int, ...]:

@@ -52,13 +52,13 @@ class Rights:
 
 
 @contextmanager
-def realtime(cpus: int | tuple[int, ...], priority: int = PRIORITY) -> Iterator[Rights]:
-    """Take processors, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
+def realtime(cpu: int, priority: int = PRIORITY) -> Iterator[Rights]:
+    """Take one processor, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
 
     A refused right is noted and does not stop the others. On leaving, in any way, all is as before.
 
     Args:
-        cpus: Processor, or processors, see `host.loop_cpus`.
+        cpu: Processor, see `host.loop_cpus`.
         priority: Priority of SCHED_FIFO.
     """
     rights = Rights()
@@ -72,7 +72,7 @@ def realtime(cpus: int | tuple[int, ...], priority: int = PRIORITY) -> Iterator[
         # is taken just before: the slow set-up would wait for real-time processes that are there already.
         _stop_garbage_collector(rights, undo)
         _lock_memory(rights, undo)
-        _take_cpus(rights, undo, (cpus,) if isinstance(cpus, int) else cpus)
+        _take_cpu(rights, undo, cpu)
         _schedule_fifo(rights, undo, priority)
         yield rights
 
@@ -88,12 +88,11 @@ def limit_awake(most_us: int) -> None:
 # Each function registers its undo before the step: an interrupt between the two leaves no change behind.
 
 
-def _take_cpus(rights: Rights, undo: ExitStack, cpus: tuple[int, ...]) -> None:
+def _take_cpu(rights: Rights, undo: ExitStack, cpu: int) -> None:
     before = os.sched_getaffinity(0)
     undo.callback(os.sched_setaffinity, 0, before)
-    listed = ",".join(map(str, cpus))
-    text = f"Processor {listed} is refused ({{reason}}): allow it to this process, {CONTAINER} --cpuset-cpus={listed}."
-    _try(rights, f"processor {listed}", text, lambda: os.sched_setaffinity(0, cpus))
+    text = f"Processor {cpu} is refused ({{reason}}): allow it to this process, {CONTAINER} --cpuset-cpus={cpu}."
+    _try(rights, f"processor {cpu}", text, lambda: os.sched_setaffinity(0, {cpu}))
 
 
 def _stop_garbage_collector(rights: Rights, undo: ExitStack) -> None:
