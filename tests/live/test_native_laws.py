@@ -22,24 +22,9 @@ from exograv.safety.native import build, core
 from exograv.safety.native.library import LIBRARY
 from exograv.safety.stops import StopReason
 
-from .scripted_drives import (
-    DESCENT_S,
-    GAIN,
-    HUGE,
-    NAN,
-    OPEN_LOOPS,
-    OTHER_MODE,
-    SILENT,
-    WRONG_MODE,
-    CanWorld,
-    NativeSide,
-    Script,
-    UdpWorld,
-    World,
-    calm,
-    side,
-    wild,
-)
+from .scripted_buses import CanWorld, UdpWorld
+from .scripted_drives import DESCENT_S, GAIN, NativeSide, side
+from .scripted_world import HUGE, NAN, OPEN_LOOPS, OTHER_MODE, SILENT, WRONG_MODE, Script, World, calm, wild
 
 FAULT_AT, TICKS, PERIOD_NS = 150, 400, 1_000_000
 BOUND = 4

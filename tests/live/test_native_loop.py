@@ -10,18 +10,9 @@ from exograv.live.native import library
 from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate
 from exograv.safety.native.library import LIBRARY
 
-from .scripted_drives import (
-    CanWorld,
-    NativeSide,
-    PythonSide,
-    Script,
-    UdpWorld,
-    World,
-    calm,
-    limits_of_person,
-    side,
-    wild,
-)
+from .scripted_buses import CanWorld, UdpWorld
+from .scripted_drives import NativeSide, PythonSide, limits_of_person, side
+from .scripted_world import Script, World, calm, wild
 
 TICKS, SEEDS = 400, range(12)
 
@@ -108,3 +99,14 @@ def test_a_run_without_faults_is_the_same_to_its_end_and_ends_after_stop(make: t
     ours, theirs, ticks = fly_both(calm(TICKS), {200: "stop"}, make)
     assert sorted(ours) == sorted(theirs)
     assert 190 + descent_ticks < ticks < 220 + descent_ticks
+
+
+@pytest.mark.parametrize("make", [UdpWorld, CanWorld])
+def test_the_loop_in_c_records_the_positions_that_the_drives_send_and_sends_the_torques_of_control(make: type[World]):
+    script = calm(100)
+    with side(script, LIBRARY, make) as one, contextlib.closing(NativeSide(one)) as native:
+        for period in range(100):
+            advance(native, script, period)
+        rows = one.ticks.take()
+        np.testing.assert_allclose(rows["q_measured"], script.q, atol=6e-6)  # counts of the encoders
+        assert np.abs(one.world.currents).min() > 0.0

@@ -3,7 +3,7 @@
 from array import array
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
@@ -207,28 +207,20 @@ class LiveReplay:
         self._control.forget(mode, share if np.isfinite(share) else float(mode in (Mode.FLOATING, Mode.MOVING)))
 
 
-class _Acts(Sequence[Message]):
+class _Acts:
     """Messages to control of one kind, by their places: of a long recording they stay in the file."""
 
     def __init__(self, messages: Sequence[Message], places: Sequence[int]):
         self._messages, self._places = messages, places
 
-    def __len__(self) -> int:
-        return len(self._places)
+    def __iter__(self) -> Iterator[Message]:
+        return (self._messages[place] for place in self._places)
 
-    @overload
-    def __getitem__(self, number: int, /) -> Message: ...
-
-    @overload
-    def __getitem__(self, number: slice, /) -> list[Message]: ...
-
-    def __getitem__(self, number: int | slice, /) -> Message | list[Message]:
-        if isinstance(number, slice):
-            return [self._messages[place] for place in self._places[number]]
+    def __getitem__(self, number: int) -> Message:
         return self._messages[self._places[number]]
 
 
-def _acts(messages: Sequence[Message]) -> Mapping[str, Sequence[Message]]:
+def _acts(messages: Sequence[Message]) -> Mapping[str, _Acts]:
     """Return the messages to control by their act."""
     places: dict[str, array[int]] = {act: array("L") for act in ("level", "publish", "wear", "prepare")}
     for k, message in enumerate(messages):

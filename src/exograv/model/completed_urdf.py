@@ -11,6 +11,9 @@ from .rig_settings import written_out
 PLACEHOLDER = {"lower": -math.pi, "upper": math.pi, "effort": 1.0, "velocity": 1.0}
 """Limits of a joint whose limits are still asked for [rad, N·m, rad/s]; for `exograv rig new` and `check` only."""
 
+ATTRIBUTES = {"range_deg": ("lower", "upper"), "torque_max_Nm": ("effort",), "speed_max_deg_s": ("velocity",)}
+"""Attributes of a URDF's `<limit>` by the key of `rig.toml`."""
+
 
 def completed_urdf(text: str, limits: Mapping[str, Mapping[str, float]]) -> str:
     """Return the text of a URDF with `limits` by joint and attribute, where the file has none.
@@ -64,12 +67,8 @@ def limits_of(actuators: Any, *, is_unfinished: bool = False) -> dict[str, dict[
                 limits |= {"lower": math.radians(lower), "upper": math.radians(upper)}
             case _:
                 pass
-        asked = {PLACES[key]: None for key in PLACES if key in one} if is_unfinished else {}
-        for names in asked:
-            limits |= {name: limits.get(name, PLACEHOLDER[name]) for name in names}
+        if is_unfinished:
+            asked = [name for key, names in ATTRIBUTES.items() if key in one for name in names]
+            limits = {name: PLACEHOLDER[name] for name in asked} | limits
         found[joint] = limits
     return found
-
-
-PLACES = {"range_deg": ("lower", "upper"), "torque_max_Nm": ("effort",), "speed_max_deg_s": ("velocity",)}
-"""Attributes of a URDF's `<limit>` by the key of `rig.toml`."""
