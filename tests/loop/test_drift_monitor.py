@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -119,6 +120,68 @@ def test_an_arm_that_its_wearer_carries_in_part_is_not_judged(arm_share: float, 
     for _ in range(30_000):
         assert floating.monitor.take(q, tau) is None
     assert floating.monitor.check is None
+
+
+def twice(weight: float) -> tuple[Floating, DriftMonitor, DriftMonitor]:
+    """Return a floating arm, and two monitors that take the same ticks: in one piece, and in parts."""
+    floating = Floating(weight=weight)
+    x = floating.controller.x
+    covariance, period_s = np.diag((SPREAD * np.abs(x)) ** 2), floating.twin.period_s
+    whole, parts = (DriftMonitor(floating.controller, covariance, period_s, in_parts=split) for split in (False, True))
+    floating.controller.mode.arm_share, floating.controller.mode.gravity_level = 1.0, 0.0
+    return floating, whole, parts
+
+
+def test_a_sample_judged_in_parts_gives_the_finding_of_one_piece_within_five_ticks():
+    floating, whole, parts = twice(2.0)
+    q, tau = floating.posture, floating.controller.torque_at_rest(floating.posture, 0.5 * floating.controller.x)
+    at = dict[str, int]()
+    for tick in range(60_000):
+        for name, monitor in (("whole", whole), ("parts", parts)):
+            if name not in at and (found := monitor.take(q, tau)) is not None and found.stops:
+                at[name] = tick
+        if len(at) == 2:
+            break
+    assert 0 < at["parts"] - at["whole"] <= 5
+    assert parts.finding == whole.finding
+
+
+def test_no_tick_judges_more_than_one_part_of_a_sample(monkeypatch: pytest.MonkeyPatch):
+    floating, _, parts = twice(1.0)
+    q, tau = floating.posture, floating.controller.torque_at_rest(floating.posture, floating.controller.x)
+    steps, tick = list[tuple[int, str]](), 0
+
+    def note(owner: object, name: str) -> None:
+        own = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *given: steps.append((tick, name)) or own(*given))
+
+    note(parts._model, "continue_at")
+    note(parts._model, "linearise")
+    note(parts, "_friction")
+    note(parts._test, "take")
+    note(parts, "_found")
+    while tick < 5000:
+        tick += 1
+        parts.take(q, tau)
+    assert {name for _, name in steps} == {"continue_at", "linearise", "_friction", "take", "_found"}
+    ticks = [tick for tick, _ in steps]
+    assert len(ticks) == len(set(ticks))
+
+
+def test_a_restart_between_two_parts_drops_the_sample(monkeypatch: pytest.MonkeyPatch):
+    floating, _, parts = twice(1.0)
+    q, tau = floating.posture, floating.controller.torque_at_rest(floating.posture, floating.controller.x)
+    calls = Mock(spec=parts._test.take)
+    for _ in range(5000):
+        parts.take(q, tau)
+    monkeypatch.setattr(parts._test, "take", calls)
+    while parts._judging is None:
+        parts.take(q, tau)
+    parts.take(q, tau)  # the part before the tests
+    parts.restart()
+    for _ in range(1000):
+        parts.take(q, tau)
+    calls.assert_not_called()
 
 
 def row(level: int, joint: int, cause: int) -> np.void:

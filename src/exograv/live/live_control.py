@@ -161,7 +161,7 @@ class LiveControl:
         self._controller = self._controller.again(self._controller.x)
         self._controller.mode.gravity_level = self._gravity_level
         self._controller.mode.arm_share = self._modes.arm_share
-        self._drift = DriftMonitor(self._controller, self._covariance, self._period_s, self._model)
+        self._drift = DriftMonitor(self._controller, self._covariance, self._period_s, self._model, in_parts=True)
         self._feedback = OutputFeedback(len(self._still), self._period_s, self._controller)
         self._feedback.guide = self._guide
 

@@ -4,6 +4,8 @@ Every driver of a control step feeds it: the pilot in lock-step, control's proce
 fault campaign. It has no access to the guard. Its finding is a value, and its caller lets the arm down.
 """
 
+from collections.abc import Generator
+
 import numpy as np
 from jaxtyping import Bool
 
@@ -20,6 +22,9 @@ from .arm_controller import ArmController
 from .drift_finding import ALL_JOINTS, ONE_JOINT, OTHER_ARM, DriftFinding
 
 Joints = np.ndarray
+
+Judging = Generator[None, None, "DriftFinding | None"]
+"""Judgement of a sample in parts; it returns a new finding, or None."""
 
 PERIOD_S = 0.04
 """Time over which positions and torques are averaged [s]; velocity and acceleration are differences of such means."""
@@ -50,7 +55,12 @@ class DriftMonitor:
     """Drift monitor of one arm in one machine."""
 
     def __init__(
-        self, controller: ArmController, covariance: Covariance | None, period_s: float, model: ArmModel | None = None
+        self,
+        controller: ArmController,
+        covariance: Covariance | None,
+        period_s: float,
+        model: ArmModel | None = None,
+        in_parts: bool = False,
     ):
         """Begin without a sample.
 
@@ -59,6 +69,8 @@ class DriftMonitor:
             covariance: Covariance of its parameters; None for the arm of the body-segment table.
             period_s: Time between two ticks [s].
             model: Model of this arm in this machine; made anew if absent.
+            in_parts: True to judge a sample over several ticks, one part in each. In real time a sample in one piece,
+                after 40 ms of other code, takes up to 2 ms and delays the next answer of control.
         """
         assembly, machine = controller.assembly, controller.machine
         self.controller, self._period_s = controller, period_s
@@ -77,6 +89,8 @@ class DriftMonitor:
         self._ticks = max(round(PERIOD_S / period_s), 1)
         self._sums, self._count = np.zeros((2, assembly.n)), 0
         self._means: list[np.ndarray] = []
+        self._in_parts = in_parts
+        self._judging: Judging | None = None
         self._waits_s, self._is_closed = SETTLES_S, False
         self.finding: DriftFinding | None = None
         """Last finding; None if there was none."""
@@ -90,57 +104,84 @@ class DriftMonitor:
         sums[1] += tau
         self._count += 1
         if self._count < self._ticks:
-            return None
+            return self._judge_part()
         means = sums / self._count
         sums[:], self._count = 0.0, 0
-        return self._take_mean(means)
+        unfinished = self._judge_rest()  # only if a sample has more parts than ticks
+        self._take_mean(means)
+        return unfinished or (self._judge_part() if self._in_parts else self._judge_rest())
 
     def restart(self) -> None:
         """Begin a new motion, after a stop or a gap in the measurements."""
         self._sums[:], self._count, self._means = 0.0, 0, []
-        self._is_closed = False
+        self._judging, self._is_closed = None, False
         self._test.restart()
         self._scale.restart()
         self._waits_s, self.finding = SETTLES_S, None
 
     def rehearse(self, q: Joints) -> None:
         """Run the code of a sample at the posture `q` [rad] once. The first run is slower than a tick."""
-        self._judge(Sample(0.0, q.copy(), np.zeros_like(q), np.zeros_like(q), np.zeros_like(q)))
+        self._waits_s = 0.0
+        self._judging = self._judge(Sample(0.0, q.copy(), np.zeros_like(q), np.zeros_like(q), np.zeros_like(q)))
+        self._judge_rest()
         self.restart()
 
     @property
     def _dt(self) -> float:
         return self._ticks * self._period_s
 
-    def _take_mean(self, means: np.ndarray) -> DriftFinding | None:
+    def _judge_part(self) -> DriftFinding | None:
+        """Do the next part of a judgement; return its finding at the end."""
+        if self._judging is None:
+            return None
+        try:
+            next(self._judging)
+        except StopIteration as end:
+            self._judging = None
+            return end.value
+        return None
+
+    def _judge_rest(self) -> DriftFinding | None:
+        """Do all parts that are left; return the finding."""
+        found = None
+        while self._judging is not None:
+            found = self._judge_part()
+        return found
+
+    def _take_mean(self, means: np.ndarray) -> None:
         mode = self.controller.mode
         if mode.arm_share < 1.0 or mode.gravity_level != 0.0 or not np.isfinite(means).all():
             # Where the wearer carries a part of the arm, the machine cannot tell this part from a lie.
             if self._means or self._waits_s < SETTLES_S:
                 self.restart()
-            return None
+            return
         self._means = [*self._means[-2:], means]
         if len(self._means) < 3:
-            return None
+            return
         (q0, _), (q, tau), (q2, _) = self._means
         if self._waits_s > 0.0:
             self._waits_s -= self._dt
         sample = Sample(0.0, q, (q2 - q0) / (2.0 * self._dt), (q2 - 2.0 * q + q0) / self._dt**2, tau)
-        return self._judge(sample)
+        self._judging = self._judge(sample)
 
-    def _judge(self, sample: Sample) -> DriftFinding | None:
+    def _judge(self, sample: Sample) -> Judging:
+        """Judge a sample; each `yield` ends a part."""
         x = self.controller.carried
         if not self._is_closed:
             self._model.continue_at(sample.q, self.controller.z)
             self._is_closed = True
+            yield
         expected, D = self._model.linearise(sample, x)
+        yield
         residual = sample.tau - expected
         sd = np.sqrt(((D @ self._covariance) * D).sum(axis=1) + self._unmodelled**2)
         friction = self._friction(sample, expected, x)
         if self._waits_s > 0.0:
             return None
+        yield
         test, dt, may_rise = self._test, self._dt, self._may_rise(sample.q)
         test.take(dt, residual, friction, sd, may_rise)
+        yield
         arm = D[:, self._layout.phi] @ x[self._layout.phi]
         check = self._scale.take(dt, residual, arm, np.where(may_rise.all(axis=0), friction, np.inf), sd, test.scale)
         self.check = check or self.check
