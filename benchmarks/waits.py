@@ -3,6 +3,7 @@
     python benchmarks/waits.py identification                  # 60 s of motion, four and seven joints
     python benchmarks/waits.py demo --beside FOLDER            # also the tree in FOLDER; ratios are fair under load
     python benchmarks/waits.py demo --rounds 3
+    python benchmarks/waits.py session --beside FOLDER         # or faults, benchmark, sweep, study
 
 Each measurement is a process of its own, with its tree first in PYTHONPATH and warm caches: its first run is left out.
 CPU seconds count all threads of the process. Wall seconds are those of a possibly busy computer.
@@ -10,6 +11,9 @@ CPU seconds count all threads of the process. Wall seconds are those of a possib
 
 import argparse
 import collections
+import contextlib
+import ctypes
+import functools
 import json
 import os
 import signal
@@ -18,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -173,7 +178,41 @@ def _identification(rig: str) -> dict[str, float]:
     }
 
 
-MEASUREMENTS = {"demo": demo, "identification": identification}
+COMMANDS = {
+    "session": ("run", "train", "--participant", "P-01", "--windows", "4"),
+    "faults": ("dev", "faults", "--scenarios", "100", "--strikes", "0", "--processes", "1"),
+    "benchmark": ("dev", "benchmark-identification", "--wearers", "1", "--streams", "1", "--processes", "1"),
+    "sweep": ("dev", "sweep", str(HERE / "benchmarks" / "waits_sweep.toml")),
+    "study": (
+        *("study", "simulate", "--participants", "1,1", "--sessions", "1,1", "--windows", "2"),
+        *("--flight-windows", "2", "--processes", "1"),
+    ),
+}
+"""Commands that run for minutes, in a size for a comparison of two trees that both have them."""
+
+PR_SET_CHILD_SUBREAPER = 36
+
+
+def command(*words: str) -> dict[str, float]:
+    """CPU of a command and of all processes that it begins [s]."""
+    # Processes of a fork server outlive the command, and count only if this process waits for them.
+    ctypes.CDLL(None, use_errno=True).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+    code = "import sys; from exograv.cli import main; sys.argv[0] = 'exograv'; main()"
+    done = subprocess.run([sys.executable, "-c", code, *words], check=False, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"exograv {' '.join(words)}: exit status {done.returncode}\n{done.stdout}{done.stderr}")
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            os.wait()
+    children = os.times()
+    return {"all": children.children_user + children.children_system}
+
+
+MEASUREMENTS: dict[str, Callable[[], dict[str, float]]] = {
+    "demo": demo,
+    "identification": identification,
+    **{name: functools.partial(command, *words) for name, words in COMMANDS.items()},
+}
 
 if __name__ == "__main__":
     main()
