@@ -10,7 +10,8 @@ the guard misses too many ticks by that alone.
 
 The goal: 10 of 10 flights of each kind end without a stop that is not excused, and the left over (residual gravity
 torque) is within 20 % of a flight in which the drives wait for the computer (for the twin: `exograv arm identify`).
-Finished flights are kept in `--out`; the same command goes on after them.
+Finished flights are kept in `--out`; the same command goes on after them. With `--prepare` nothing flies in real time:
+the computer then need not be free.
 """
 
 import argparse
@@ -98,11 +99,18 @@ def fly_waiting(kind: str, seed: int, folder: Path) -> tuple[float, ...]:
     return left_over(command(*words, folder=folder))
 
 
-def prepare(kind: str, seed: int, folder: Path) -> None:
-    """Calibrate the drives, and pass the self-test."""
-    if DRIVES[kind] is not None:
-        for step in ("calibrate", "self-test"):
-            command("rig", step, *drive_words(kind), "--seed", str(seed), folder=folder)
+def prepared(kind: str, seed: int, folder: Path) -> tuple[float, ...]:
+    """Calibrate the drives, pass the self-test and identify while the drives wait; return what is left over there.
+
+    The result is kept in the folder, and nothing is done twice.
+    """
+    kept = folder / "waiting.json"
+    if not kept.exists():
+        if DRIVES[kind] is not None:
+            for step in ("calibrate", "self-test"):
+                command("rig", step, *drive_words(kind), "--seed", str(seed), folder=folder)
+        kept.write_text(json.dumps(fly_waiting(kind, seed, folder)), encoding="utf-8")
+    return tuple(json.loads(kept.read_text(encoding="utf-8")))
 
 
 @contextlib.contextmanager
@@ -192,6 +200,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--kinds", nargs="+", default=list(DRIVES), choices=list(DRIVES))
     parser.add_argument("--load", default="busy", choices=["idle", "busy", "browser"])
+    parser.add_argument("--prepare", action="store_true", help="only calibrate, test and identify without real time")
     parser.add_argument("--out", type=Path, default=Path("out/live_flights"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -207,8 +216,9 @@ def main() -> None:
                     continue
                 folder = options.out / f"{kind}{seed}"
                 folder.mkdir(exist_ok=True)
-                prepare(kind, seed, folder)
-                waiting = fly_waiting(kind, seed, folder)
+                waiting = prepared(kind, seed, folder)
+                if options.prepare:
+                    continue
                 with contextlib.nullcontext() if options.load == "idle" else load(options.load, Path(spare)):
                     flights.append(fly(kind, seed, folder, bare, waiting))
                 append_rows(kept, [asdict(flights[-1])])

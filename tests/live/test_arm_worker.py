@@ -1,5 +1,7 @@
 """A worker learns the arm from its samples, despite gaps, and reports a file that belongs to another person."""
 
+from collections.abc import Container
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,7 @@ def path_of(prepared: ControllerKnowledge) -> Trajectory:
     return identification_motion(prepared.assembly, SECONDS, PERIOD_S)
 
 
-def moved(worker: ArmWorker, prepared: ControllerKnowledge, path: Trajectory, missing: range = range(0)) -> ArmModel:
+def moved(worker: ArmWorker, prepared: ControllerKnowledge, path: Trajectory, missing: Container[int] = ()) -> ArmModel:
     """Send the motion to the worker; return the model of the moved arm."""
     assembly = prepared.assembly
     model, row = ArmModel(assembly, prepared.machine), np.zeros(1, sample_dtype(assembly.n))[0]
@@ -69,6 +71,21 @@ def test_a_worker_learns_on_over_samples_that_are_missing(prepared: ControllerKn
     breaks = gap > BRIDGED_TICKS
     left_out = TRANSIENT_S * (1 + breaks) + breaks * gap * PERIOD_S
     assert learned.estimate.t == pytest.approx(SECONDS - left_out, abs=0.01)
+
+
+def test_samples_that_are_missing_from_a_moving_arm_change_nothing_that_the_estimate_knows(
+    prepared: ControllerKnowledge,
+):
+    """Each tenth sample and 15 in a row are missing; the change is compared with the estimate's own uncertainty."""
+    path, found = path_of(prepared), list[np.ndarray]()
+    for missing in (set[int](), {*range(500, 4000, 10), *range(2000, 2015)}):
+        worker = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S)
+        moved(worker, prepared, path, missing | {*range(4000, len(path))})
+        estimate = worker._learner.estimate()
+        found.append(estimate.x)
+    assert estimate.covariance is not None
+    sd = np.sqrt(np.diag(estimate.covariance))
+    assert (np.abs(found[1] - found[0]) / sd).max() < 0.1
 
 
 @pytest.mark.slow

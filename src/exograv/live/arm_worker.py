@@ -23,7 +23,7 @@ from exograv.procedures.weighing.form_check import FormCheck
 from exograv.safety.limits import PersonLimits
 
 BRIDGED_TICKS = 20
-"""Largest number of missing samples that the next sample replaces. A longer gap interrupts the motion."""
+"""Largest number of ticks between two samples over which the motion is interpolated. A longer gap interrupts it."""
 
 Joints = np.ndarray
 
@@ -109,6 +109,7 @@ class ArmWorker:
         estimate.
         """
         self._period_s, self._before = period_s, -np.inf
+        self._sample_before = np.zeros((3, assembly.n))
         self._is_verified, self._learned, self._is_passed = is_verified, None, False
         self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
         self._learner = EstimatorSession(assembly, machine, "recursive", period_s, belief)
@@ -143,13 +144,25 @@ class ArmWorker:
         if is_broken:
             self._learner.interrupt()
         found = None
-        for _ in range(ticks):
-            x = self._learner.take(sample["q"], sample["tau"], sample["q_asked"])
+        for q, tau, q_asked in self._interpolated(sample, ticks):
+            x = self._learner.take(q, tau, q_asked)
             if x is not None:
                 found = x
                 if self._learner.is_to_note:
                     self._judge(self._learner.estimate())
         return found
+
+    def _interpolated(self, sample: np.void, ticks: int) -> np.ndarray:
+        """Return position, torque and requested position of each tick since the sample before (tick, 3, joint).
+
+        A repeated sample would be a jump, of which the filter makes an acceleration that never was.
+        """
+        now, before = np.array([sample["q"], sample["tau"], sample["q_asked"]]), self._sample_before
+        self._sample_before = now
+        if ticks == 1:
+            return now[None]
+        share = np.arange(1, ticks + 1)[:, None, None] / ticks
+        return before + share * (now - before)
 
     def _ask_about(self, sample: Sample) -> None:
         """Use one sample for the check that the loaded file describes the person in the machine."""
@@ -163,8 +176,8 @@ class ArmWorker:
         self._begun_at = min(self._begun_at, self._before)
         if posture != (NONE if listener.posture is None else listener.posture):
             listener.begin(None if posture == NONE else posture)
-        for _ in range(ticks):
-            listener.take(sample["q"], sample["tau"], sample["q_asked"])
+        for q, tau, q_asked in self._interpolated(sample, ticks):
+            listener.take(q, tau, q_asked)
 
     @property
     def is_over(self) -> bool:
