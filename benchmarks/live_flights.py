@@ -109,7 +109,10 @@ def prepared(kind: str, seed: int, folder: Path) -> tuple[float, ...]:
         if DRIVES[kind] is not None:
             for step in ("calibrate", "self-test"):
                 command("rig", step, *drive_words(kind), "--seed", str(seed), folder=folder)
-        kept.write_text(json.dumps(fly_waiting(kind, seed, folder)), encoding="utf-8")
+        found = fly_waiting(kind, seed, folder)
+        if not found:
+            return ()  # what failed is tried again
+        kept.write_text(json.dumps(found), encoding="utf-8")
     return tuple(json.loads(kept.read_text(encoding="utf-8")))
 
 

@@ -26,7 +26,7 @@ from exograv.identification.core.interface import Method
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.laboratory.truth_score import Examination
 from exograv.loop.phases import TRAVEL_RAD_S
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
 from exograv.procedures.identification.estimator_session import build_method

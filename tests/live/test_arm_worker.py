@@ -11,7 +11,8 @@ from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.live.arm_worker import BRIDGED_TICKS, ArmWorker, LearnedArm
+from exograv.live.arm_worker import ArmWorker, LearnedArm
+from exograv.loop.bridged_listener import BRIDGED_TICKS
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge

@@ -18,7 +18,8 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.native import library, record
 from exograv.loop.native_ticks import NativeTicks
 from exograv.loop.person_limits import person_limits
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.options import WorldName
 from exograv.procedures.calibration.breakaway_test import BreakawayPush, starting_posture

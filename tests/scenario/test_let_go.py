@@ -12,7 +12,7 @@ from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 from exograv.rig.twin import Twin
 
 POSTURE = np.deg2rad([40.0, 20.0, 15.0, 80.0])

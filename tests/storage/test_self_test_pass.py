@@ -12,7 +12,8 @@ import pytest
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RigError
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.model.description import load_rig
 from exograv.motion import hold
 from exograv.procedures.calibration.breakaway_test import BreakawayPush

@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller, NoTorque
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 from exograv.signals import Reference
 
 from .effort import Performer

@@ -11,7 +11,8 @@ from jaxtyping import Float
 
 from exograv import motion
 from exograv.loop.output_feedback import Controller
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, usual_physiology

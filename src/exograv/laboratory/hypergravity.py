@@ -13,7 +13,8 @@ from exograv.control.tick import ControlMode
 from exograv.errors import RigError
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin.examiner import rms
 from exograv.safety.guard import GRAVITY_LEVEL_S

@@ -9,6 +9,7 @@ from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.identification.core.prior import prior
+from exograv.loop.bridged_listener import BRIDGED_TICKS
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.model.arm import is_plausible
 from exograv.model.assembly import Assembly
@@ -21,9 +22,6 @@ from exograv.procedures.verification.slow_passes import PassListener, PassSample
 from exograv.procedures.weighing.arm_check import ArmCheck
 from exograv.procedures.weighing.form_check import FormCheck
 from exograv.safety.limits import PersonLimits
-
-BRIDGED_TICKS = 20
-"""Largest number of ticks between two samples over which the motion is interpolated. A longer gap interrupts it."""
 
 Joints = np.ndarray
 

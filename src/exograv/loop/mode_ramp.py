@@ -11,7 +11,8 @@ from exograv import motion
 from .arm_controller import ArmController
 from .output_feedback import Guide
 from .phases import RAMPS_S
-from .pilot import Pilot, TickSample
+from .pilot import Pilot
+from .tick_sample import TickSample
 
 
 class _Fade:

@@ -5,7 +5,6 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +24,7 @@ from exograv.signals import JointState, Reference
 from exograv.storage.self_test_pass import MachineKey, unlock, withdraw_pass
 
 from .arm_controller import ArmController
+from .bridged_listener import BridgedListener
 from .control_step import ControlStep, Decision
 from .drift_monitor import DriftMonitor
 from .interrupt import HeldInterrupt
@@ -34,6 +34,7 @@ from .person_limits_manager import PersonLimitsManager
 from .phases import Phase
 from .replay_log import ReplayLog, mode_values
 from .stop_message import stopped_text
+from .tick_sample import TickSample
 
 Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
@@ -46,24 +47,6 @@ NEAR_SINGULAR_TEXT = (
     "The arm is near a posture in which its angles are ill-defined (abduction near 90°). It is carried, not identified."
 )
 GAIN_SD_KNOWN = 0.05  # [-] Up to this relative SD of the gain, the guard may infer a motor's torque from its current.
-
-
-class TickSample(NamedTuple):
-    """Sample of one tick for listeners. The next tick overwrites the arrays."""
-
-    state: JointState
-    q: Joints
-    """Observed position [rad]."""
-    v: Joints
-    """Observed velocity [rad/s]."""
-    tau_measured: Joints
-    """Measured torque: motor current times torque gain [N·m]."""
-    tau_commanded: Joints
-    """Torque that was sent to the motors [N·m]."""
-    tau_feedforward: Joints
-    """Torque that the model expects [N·m]."""
-    reference: Reference
-    """Reference of the controller."""
 
 
 @dataclass
@@ -129,6 +112,7 @@ class Pilot:
         if isinstance(self.rig, Powered) and self.envelope.stop is None:
             self._switch_on(self.rig)
         native, is_bound = self._native if guide is None else None, False
+        bridged = BridgedListener(listener)
         with HeldInterrupt(may_be_worn(self.rig)) as interrupt:
             for k, values in enumerate(zip(trajectory.q, trajectory.v, trajectory.a, strict=True)):
                 reference = Reference(*values)
@@ -136,10 +120,10 @@ class Pilot:
                     is_bound = native.begin(self.feedback, controller, trajectory)
                 if native is not None and is_bound and native.may_run:
                     moment = self._native_tick(native, controller, reference, k)
+                    bridged.pass_on(moment)
                 else:
                     moment = self._tick(controller, reference, guide)
-                if listener is not None and moment is not None:
-                    listener(moment)
+                    bridged.take(moment)
                 self._look_for_drift(controller, moment)
                 if interrupt.has_come:
                     self.guard.press_stop()

@@ -17,7 +17,8 @@ from exograv.laboratory.provenance import provenance
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import Assembly, adjusted, read_exoskeleton
 from exograv.procedures.calibration.breakaway_test import BreakawayPush, starting_posture
 from exograv.procedures.calibration.nominal_machine import nominal_machine

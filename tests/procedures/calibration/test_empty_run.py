@@ -8,7 +8,8 @@ import pytest
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import Controller, Guide
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.motion import Trajectory

@@ -14,7 +14,8 @@ from exograv.laboratory.preparation import Preparation, WornTwin
 from exograv.laboratory.twin_calibration import EmptyTwin, pilots
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.phases import IDENTIFICATION
-from exograv.loop.pilot import Progress, TickSample
+from exograv.loop.pilot import Progress
+from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.check_motion import PlannedCheck
 from exograv.procedures.identification.identify import identification_motion, planned_check

@@ -9,7 +9,8 @@ from exograv import motion
 from exograv.laboratory.participant.screen_session import LEVEL_S, TASK_S, EventSource, ScreenSession, Seat
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
 from exograv.safety.person import GuardedPerson
 from exograv.task.events import Distance, Event, Pause, Resume

@@ -12,7 +12,8 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.errors import RigError
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS, TIME_S, ReachJudge, Target
 from exograv.task.levels import slewing_s
 

@@ -16,7 +16,8 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.phases import FLOATING, TRAVEL_RAD_S, WEIGHING
-from exograv.loop.pilot import Pilot, Progress, TickSample
+from exograv.loop.pilot import Pilot, Progress
+from exograv.loop.tick_sample import TickSample
 from exograv.model.support import assemble
 from exograv.motion import go_to, hold
 from exograv.procedures.acceptance.dummy import Dummy

@@ -11,7 +11,8 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
 from exograv.identification.calibration.empty_machine import GAIN_SD
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Pilot, Progress, TickSample
+from exograv.loop.pilot import Pilot, Progress
+from exograv.loop.tick_sample import TickSample
 from exograv.model.description import JointSweep, RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import go_to, hold

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from exograv.control.native_law import NativeLaw
 from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
 from exograv.identification.calibration.empty_prior import COULOMB, usual_friction
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import hold

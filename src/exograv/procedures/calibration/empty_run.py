@@ -12,7 +12,8 @@ from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, V_
 from exograv.identification.calibration.empty_model import FILTER_DELAY_S
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.loop.output_feedback import Controller
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, hold

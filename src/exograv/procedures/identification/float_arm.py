@@ -12,7 +12,8 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.mode_ramp import fade
 from exograv.loop.phases import FLOATING, ON_THE_WAY, Phase
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 
 from .identify import SKELETON_TICKS, record_skeleton
 

@@ -11,7 +11,8 @@ from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.phases import IDENTIFICATION, ON_THE_WAY
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory

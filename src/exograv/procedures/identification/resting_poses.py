@@ -9,7 +9,8 @@ from exograv.identification.core.interface import Rest, RestingMethod
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.phases import RESTING, TRAVEL_RAD_S
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.rig.interface import CuffSensing, Rig
 
 APPROACH_RAD = 0.09  # 5°: the hysteresis of friction and tissue reverses within it (assumed)

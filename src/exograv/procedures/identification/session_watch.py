@@ -20,7 +20,8 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.phases import SESSION_CHECK
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import Assembly
 from exograv.model.loops import FIT
 

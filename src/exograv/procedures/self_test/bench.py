@@ -11,7 +11,8 @@ from exograv.errors import IdentificationError, RigError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import Controller
-from exograv.loop.pilot import Pilot, Progress, TickSample
+from exograv.loop.pilot import Pilot, Progress
+from exograv.loop.tick_sample import TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold

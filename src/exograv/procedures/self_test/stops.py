@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.safety.stops import StopReason

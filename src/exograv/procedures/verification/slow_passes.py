@@ -12,7 +12,8 @@ from exograv.identification.core.sample_pace import Averages
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.phases import ON_THE_WAY, TRAVEL_RAD_S, VERIFICATION
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 
 from .postures import ROUNDS, SPEED_RAD_S, Joints, Postures, visits
 

@@ -3,7 +3,7 @@
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 
 SAMPLE_S = BATCH_PERIOD_S
 """Averaging time of a stored sample [s], as in identification."""

@@ -11,7 +11,8 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.output_feedback import Guide
 from exograv.loop.phases import FLOATING, Drive
-from exograv.loop.pilot import Pilot, TickSample
+from exograv.loop.pilot import Pilot
+from exograv.loop.tick_sample import TickSample
 from exograv.rig import Rig
 from exograv.safety.stops import StopReason
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.loop.phases import FLOATING
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 from exograv.model.description import ArmSide
 
 from .floating_arm import FloatingArm

@@ -7,7 +7,7 @@ import numpy as np
 
 from exograv import motion
 from exograv.loop.phases import FLOATING
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 from exograv.motion import Trajectory
 
 from .floating_arm import FloatingArm, rms_deg

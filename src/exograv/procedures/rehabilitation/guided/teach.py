@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from exograv.loop.pilot import TickSample
+from exograv.loop.tick_sample import TickSample
 
 from .floating_arm import FloatingArm
 from .path_shaping import ShapedPath, shaped
