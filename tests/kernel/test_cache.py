@@ -133,8 +133,17 @@ def test_the_least_recently_used_code_is_removed_first(empty_cache: Path, monkey
     for age, name in enumerate(("third", "second", "first")):
         os.utime(empty_cache / name, (10**9 - age, 10**9 - age))
     assert cache.read("first") is not None
-    cache.write("fourth", bytes(1000))
-    assert {path.name for path in empty_cache.iterdir()} == {"first", "third", "fourth"}
+    cache.write("f0", bytes(1000))  # after a file with this ending the folder is looked through
+    assert {path.name for path in empty_cache.iterdir()} == {"first", "third", "f0"}
+
+
+def test_a_sixteenth_of_the_files_keeps_the_cache_within_its_size(empty_cache: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(cache, "KEPT_BYTES", 50 * (1000 + cache.DIGEST_BYTES))
+    largest = 0
+    for number in range(300):
+        cache.write(cache.key(str(number)), bytes(1000))
+        largest = max(largest, sum(1 for _ in empty_cache.iterdir()))
+    assert 50 <= largest < 150
 
 
 def test_without_a_compiler_the_virtual_machine_runs_and_says_so_once(
