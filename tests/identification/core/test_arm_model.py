@@ -1,5 +1,7 @@
 """The model follows a motion, and marks samples whose loops it cannot close."""
 
+from unittest.mock import Mock
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -49,6 +51,22 @@ def test_an_arm_that_would_fall_out_of_its_cuffs_tells_nothing(model, of_lead):
     assert not tau.any()
     assert not derivative.any()
     assert (model.direction_uncertainty(STILL) >= SINGULAR_SD).all()
+
+
+@pytest.mark.parametrize("moved_m", [-0.01, 0.01])
+def test_a_new_estimate_of_the_cuffs_needs_no_cold_start(model, assembly, expected, moved_m: float, monkeypatch):
+    """A cold start takes longer than control has left in a tick. The other model starts cold."""
+    x = expected.copy()
+    x[ParameterLayout.of(assembly).fit] += moved_m
+    follower = model.again()
+    follower.linearise(SAMPLE, expected)
+    closed = Mock(spec=follower._close)
+    monkeypatch.setattr(follower, "_close", closed)
+    tau, derivative = follower.linearise(SAMPLE, x)
+    closed.assert_not_called()
+    cold = model.again().linearise(SAMPLE, x)
+    np.testing.assert_allclose(tau, cold[0], atol=1e-3)
+    np.testing.assert_allclose(derivative, cold[1], atol=1e-2, rtol=1e-3)
 
 
 def test_after_such_an_arm_the_next_one_is_seen_as_by_a_fresh_model(model, expected, of_lead):
