@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -116,7 +117,7 @@ class Skeleton:
         """Return a bone by name."""
         return next(bone for bone in self.bones if bone.name == name)
 
-    @property
+    @cached_property
     def is_usual(self) -> bool:
         """True if shoulder angles are the usual ones: flexion, then abduction, then rotation, at right angles."""
         return all(
