@@ -32,6 +32,7 @@ from exograv.recording.document import format_document
 from exograv.rig.drives.settings import DrivesSettings
 from exograv.rig.twin.disturbances.levels import MACHINE, WEARER, LevelRow, Value
 from exograv.rig.twin.foreign_arm.wearer_map import WearerMap
+from exograv.storage.machine_readiness import NEEDED, WITHOUT_DRIVES
 from exograv.study.folder.settings import StudySettings
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.task.assist_as_needed import AssistSettings
@@ -85,6 +86,7 @@ def main() -> None:
 def commands() -> str:
     """One section per group and command, with the text of `--help`."""
     parts = ["# Commands", "The text of `exograv COMMAND --help`, for every command.", CONVENTIONS]
+    parts += ["## Over drives", commands_over_drives()]
     parts += ["## Without a group"]
     for name, action in ACTIONS.items():
         group, _, member = name.rpartition(" ")
@@ -92,6 +94,13 @@ def commands() -> str:
             parts += [f"## exograv {group}", f"```text\n{group_help(group)}\n```"]
         parts += [f"### exograv {name}", f"```text\n{help_of(name, action)}\n```"]
     return "\n\n".join(parts) + "\n"
+
+
+def commands_over_drives() -> str:
+    """Table of the commands for a machine: the checks that come before, or the reason why a command has no drives."""
+    lines = [(f"`{name}`", "yes", ", ".join(needs) or "nothing") for name, needs in NEEDED.items()]
+    lines += [(f"`{name}`", "no", f"{reason[0].upper()}{reason[1:]}.") for name, reason in WITHOUT_DRIVES.items()]
+    return table(("command", "over drives", "what the machine must have passed, or why not"), lines)
 
 
 def help_of(name: str, action: Action) -> str:

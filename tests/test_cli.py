@@ -138,6 +138,15 @@ REFUSED = {
         ("aircraft", "listen", "--sender", "cabin"),
         "--sender is 'cabin'; give the IPv4",
     ),
+    "a recorded flight without its file": (
+        ("aircraft", "replay"),
+        "Give the file of the recorded acceleration with --f",
+    ),
+    "a recorded flight in other words": (
+        ("aircraft", "replay", "--file", "file"),
+        "do not hold names of three accelera",
+    ),
+    "a recorded flight for a listener": (("aircraft", "--unit", "g"), "it acts only in `exograv data aircraft replay`"),
     "an aircraft on no port": (("aircraft", "listen", "--port", "99999"), "--port is 99999; allowed: 1 to 65535"),
     "a table of payloads": (
         (*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"),

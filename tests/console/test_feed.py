@@ -17,7 +17,7 @@ from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.sentences import say
 from exograv.errors import ConfigError
-from exograv.experiment.aircraft import AircraftReceiver, Emulation, emulate
+from exograv.experiment.aircraft import AircraftReceiver, Destination, Emulation, emulate
 from exograv.task.events import Start, Tick
 from exograv.task.flight_profile import FlightProfile, Network
 from exograv.task.plan import TaskPlan
@@ -121,7 +121,7 @@ def test_an_emulated_flight_of_another_process_opens_windows_until_it_ends_in_on
     plan = flight_plan()
     with served(tmp_path, plan) as house, receiver_of(plan, 0, None) as receiver:
         trial = trial_of(house.hub)
-        emulation = Emulation(FLIGHT, Network(loss=0.02, jitter_s=0.005), port=receiver.port)
+        emulation = Emulation(FLIGHT, Network(loss=0.02, jitter_s=0.005), Destination(port=receiver.port))
         aircraft = multiprocessing.get_context("spawn").Process(target=emulate, args=(emulation, print), daemon=True)
         aircraft.start()
         house.loop.call_soon_threadsafe(setattr, house.hub, "feed", Feed(receiver, trial, house.hub.diary))

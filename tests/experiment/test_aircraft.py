@@ -1,13 +1,19 @@
 """An emulated flight reaches the receiver over the network. Other senders to its port have no effect."""
 
 import socket
+from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
+from tests.experiment.sensor_file.made_up_flights import acceleration
 
 from exograv.errors import ConfigError
-from exograv.experiment.aircraft import AircraftReceiver, Emulation, emulate, listen, sentence
+from exograv.experiment.aircraft import AircraftReceiver, Destination, Emulation, emulate, listen, replay, sentence
+from exograv.experiment.sensor_file.load import SensorFile, load_flight
 from exograv.task.aircraft_line import clock_of
-from exograv.task.events import CloseWindow, FeedLost, OpenWindow
+from exograv.task.events import CloseWindow, FeedBack, FeedLost, OpenWindow
 from exograv.task.flight_profile import FlightProfile, Network
 from exograv.task.task_settings import AircraftSettings
 
@@ -57,16 +63,33 @@ def test_another_sender_than_the_named_one_is_not_believed():
 def test_a_flight_that_is_sent_is_heard():
     profile = FlightProfile(parabolas=1, before_s=0.5, ramp_s=0.5, hyper_s=0.5, window_s=2.0, after_s=1.0)
     with AircraftReceiver(SETTINGS, 0.0, port=0) as receiver:
-        sent = emulate(Emulation(profile, Network(), port=receiver.port, speed=1000.0), lambda _: None)
+        sent = emulate(Emulation(profile, Network(), Destination(port=receiver.port, speed=1000.0)), lambda _: None)
         receiver.receive(0.0)
         assert receiver.heard == min(sent, 64)
         assert sent == round(10 * profile.cycle_s)
 
 
+def test_a_recorded_flight_that_is_sent_opens_and_closes_its_windows(tmp_path: Path):
+    t, g = acceleration()
+    pd.DataFrame(np.column_stack([t, g]), columns=["Time (s)", "Acc X (g)", "Acc Y (g)", "Acc Z (g)"]).to_csv(
+        tmp_path / "flight.csv", index=False
+    )
+    flight = load_flight(SensorFile(tmp_path / "flight.csv"), SETTINGS, 0.0)
+    said = []
+    with AircraftReceiver(SETTINGS, 0.0, port=0) as receiver:
+        for begun in range(0, len(flight.samples), 50):
+            part = replace(flight, samples=flight.samples[begun : begun + 50])
+            sent = replay(part, Destination(port=receiver.port, speed=1000.0), lambda _: None)
+            said += receiver.receive(0.1 * begun)
+            assert sent == len(part.samples)
+        assert receiver.heard == len(flight.samples)
+    assert [type(one) for one in said if not isinstance(one, FeedLost | FeedBack)] == [OpenWindow, CloseWindow] * 2
+
+
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), 1e9])
 def test_a_speed_that_cannot_be_is_refused(speed: float):
     with pytest.raises(ConfigError, match="--speed"):
-        emulate(Emulation(FlightProfile(), Network(), speed=speed), lambda _: None)
+        emulate(Emulation(FlightProfile(), Network(), Destination(speed=speed)), lambda _: None)
 
 
 def test_an_impossible_time_to_listen_is_refused():

@@ -38,7 +38,7 @@ class Watched:
 def observed(profile: FlightProfile, network: Network, seed: int, settings: AircraftSettings = SETTINGS) -> Watched:
     """Watch a flight."""
     watch, result = AircraftWatch(settings, profile.level), Watched()
-    for t, datagram in datagrams(profile, network, seed):
+    for t, datagram in datagrams(samples(profile, seed), network, seed):
         sample = parse_line(datagram)
         assert isinstance(sample, AircraftSample)
         watch, events = watch.with_sample(sample, t)
@@ -175,7 +175,7 @@ def flown(network: Network, seed: int = 1000, until_s: float = 193.0) -> tuple[T
     loaded = load_protocol("flight")
     run, watch = TaskRun(TaskPlan(loaded, "passive")), AircraftWatch(loaded.settings.aircraft, 0.0)
     records = list(run.feed(Start(t=0.0)))
-    arrivals = iter(datagrams(SHORT, network, seed))
+    arrivals = iter(datagrams(samples(SHORT, seed), network, seed))
     coming = next(arrivals, None)
     for k in range(1, round(20 * until_s)):
         t = 0.05 * k

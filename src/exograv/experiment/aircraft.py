@@ -1,18 +1,20 @@
-"""The aircraft's data from the network, and an emulator that sends such data on the ground."""
+"""The aircraft's data from the network, and emulated or recorded flights that are sent on the ground."""
 
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from ipaddress import IPv4Address
 from types import TracebackType
 
 from exograv.errors import ConfigError
-from exograv.task.aircraft_line import PORT, SIZE_MAX_BYTES, AircraftSample, parse_line
+from exograv.task.aircraft_line import PORT, SIZE_MAX_BYTES, AircraftSample, line_of, parse_line
 from exograv.task.aircraft_watch import AircraftEvent, AircraftWatch
 from exograv.task.events import FeedBack, FeedLost, OpenWindow
-from exograv.task.flight_profile import FlightProfile, Network, datagrams
+from exograv.task.flight_profile import FlightProfile, Network, datagrams, samples
 from exograv.task.task_settings import AircraftSettings
+
+from .sensor_file.load import LoadedFlight
 
 AT_ONCE_MAX = 64
 """Largest number of datagrams per call. A flooded port must not delay the clock."""
@@ -130,46 +132,84 @@ class AircraftReceiver:
 
 
 @dataclass(frozen=True)
-class Emulation:
-    """Emulated flight on the network."""
+class Destination:
+    """Receiver of a flight on the network, and the pace."""
 
-    profile: FlightProfile
-    network: Network
     host: str = "127.0.0.1"
     """Address of the receiver, or a broadcast address for a whole network."""
     port: int = PORT
     speed: float = 1.0
     """Factor of time: 60 sends a minute of flight in one second."""
+
+    def minutes(self, seconds: float) -> float:
+        """Duration of the transmission of a flight of this duration [min].
+
+        Raises:
+            ConfigError: The speed is not valid.
+        """
+        if not 0.01 <= self.speed <= 1000.0:
+            raise ConfigError(f"--speed is {self.speed:g}; allowed: 0.01 to 1000.")
+        return seconds / 60.0 / self.speed
+
+
+@dataclass(frozen=True)
+class Emulation:
+    """Emulated flight on the network."""
+
+    profile: FlightProfile
+    network: Network
+    where: Destination = Destination()
     seed: int = 0
 
 
 def emulate(emulation: Emulation, say: Say) -> int:
-    """Send a flight, and return the number of datagrams.
+    """Send an emulated flight, and return the number of datagrams.
 
     Raises:
         ConfigError: An option is not valid, or the address cannot be reached.
     """
-    if not 0.01 <= emulation.speed <= 1000.0:
-        raise ConfigError(f"--speed is {emulation.speed:g}; allowed: 0.01 to 1000.")
-    sent, begun = 0, time.monotonic()
-    where = (emulation.host, emulation.port)
-    minutes = emulation.profile.cycle_s * emulation.profile.parabolas / 60.0 / emulation.speed
-    say(f"Emulated flight: {emulation.profile.parabolas} parabolas to {where[0]}:{where[1]}, {minutes:.1f} min.")
+    profile, where = emulation.profile, emulation.where
+    minutes = where.minutes(profile.cycle_s * profile.parabolas)
+    say(f"Emulated flight: {profile.parabolas} parabolas to {where.host}:{where.port}, {minutes:.1f} min.")
+    return send(datagrams(samples(profile, emulation.seed), emulation.network, emulation.seed), where)
+
+
+def replay(flight: LoadedFlight, where: Destination, say: Say) -> int:
+    """Send a recorded flight, and return the number of datagrams.
+
+    Raises:
+        ConfigError: An option is not valid, or the address cannot be reached.
+    """
+    minutes = where.minutes(flight.samples[-1][0])
+    say(
+        f"Recorded flight to {where.host}:{where.port}, {minutes:.1f} min; {flight.refused} rows of the file cannot "
+        f"be used, {flight.gaps} gaps stay gaps."
+    )
+    return send(((t, line_of(sample)) for t, sample in flight.samples), where)
+
+
+def send(sent: Iterable[tuple[float, bytes]], where: Destination) -> int:
+    """Send datagrams at their times [s], and return their number.
+
+    Raises:
+        ConfigError: The address cannot be reached.
+    """
+    count, begun = 0, time.monotonic()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        for arrives, datagram in datagrams(emulation.profile, emulation.network, emulation.seed):
-            wait_s = begun + arrives / emulation.speed - time.monotonic()
+        for arrives, datagram in sent:
+            wait_s = begun + arrives / where.speed - time.monotonic()
             if wait_s > 0.0:
                 time.sleep(wait_s)
             try:
-                sender.sendto(datagram, where)
+                sender.sendto(datagram, (where.host, where.port))
             except OSError as error:
                 raise ConfigError(
-                    f"Datagrams cannot be sent to {where[0]}:{where[1]}: {error.strerror}. Give another --host or "
+                    f"Datagrams cannot be sent to {where.host}:{where.port}: {error.strerror}. Give another --host or "
                     "--port."
                 ) from error
-            sent += 1
-    return sent
+            count += 1
+    return count
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,28 @@ NEEDED: Mapping[str, tuple[Need, ...]] = MappingProxyType(
 )
 """Commands that fly over drives, each with the checks that its machine must have passed (docs/howto/rig_test.md)."""
 
+_COMPUTES = "it computes from files and moves nothing"
+_LOCK_STEP = "its procedure exists only in lock-step with the twin, so no person in a machine is led"
+
+WITHOUT_DRIVES: Mapping[str, str] = MappingProxyType(
+    {
+        "demo": "it shows the twin; `exograv run live --simulate` flies the same over drives",
+        "rig check": _COMPUTES,
+        "rig motion": _COMPUTES,
+        "rig export": _COMPUTES,
+        "arm weigh": "it compares with the twin's true weights; `exograv rig accept` weighs a known weight over drives",
+        "run assist": "its person is simulated; sessions with a real person are not implemented",
+        "run teach": _LOCK_STEP,
+        "run repeat": _LOCK_STEP,
+        "run mirror": _LOCK_STEP,
+        "run support-level": "its search asks a virtual person; `--recording` judges a session over drives",
+        "data view": _COMPUTES,
+        "data replay": _COMPUTES,
+        "dev transparency": "it measures effort by the twin's true torques",
+    }
+)
+"""Commands for a machine that do not fly over drives, each with the reason."""
+
 
 @dataclass(frozen=True)
 class Check:

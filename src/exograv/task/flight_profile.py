@@ -2,7 +2,7 @@
 
 import heapq
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated
 
 import numpy as np
@@ -98,10 +98,12 @@ def samples(profile: FlightProfile, seed: int) -> Iterator[tuple[float, Aircraft
         yield t, AircraftSample(ms, clock_of(ms), g, 19.0, 46.2, 944.0, parabola, text)
 
 
-def datagrams(profile: FlightProfile, network: Network, seed: int) -> Iterator[tuple[float, bytes]]:
+def datagrams(
+    flown: Iterable[tuple[float, AircraftSample]], network: Network, seed: int
+) -> Iterator[tuple[float, bytes]]:
     """Yield arrival time after the first transmission [s] and datagram, in order of arrival."""
     rng, under_way = np.random.default_rng(seed + 1), list[tuple[float, int, bytes]]()
-    for count, (t, sample) in enumerate(samples(profile, seed)):
+    for count, (t, sample) in enumerate(flown):
         while under_way and under_way[0][0] <= t:
             arrives, _, datagram = heapq.heappop(under_way)
             yield arrives, datagram

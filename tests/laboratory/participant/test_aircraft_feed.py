@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.experiment.sensor_file.made_up_flights import CORNERS_S, acceleration
 
-from exograv.laboratory.participant.aircraft_feed import AircraftFeed
+from exograv.experiment.sensor_file.series import Series, flown_samples
+from exograv.laboratory.participant.aircraft_feed import AircraftFeed, upright
 from exograv.task.events import CloseWindow, OpenWindow
 from exograv.task.protocol import first_windows, load_protocol
 
@@ -56,3 +58,23 @@ def test_the_room_is_weightless_in_a_window_and_heavy_before_it(flight):
 def test_what_arrives_is_heard(flight):
     feed, _, _, heard = flight
     assert len(heard) == pytest.approx(2 * feed.profile.cycle_s * 10.0, rel=0.05)
+
+
+def test_a_recorded_flight_makes_the_room_weightless_however_the_sensor_was_mounted():
+    room, said, flown = Room(), [], []
+    recorded = list(flown_samples(Series(*acceleration()), PROTOCOL.aircraft, 0.0))
+    feed = AircraftFeed(PROTOCOL, room, 1014, lambda _t, _sample: None, recorded)
+    for k in range(round(2 * CORNERS_S[-1] / STEP_S)):
+        said += feed(room.t + STEP_S * k)
+        flown.append((STEP_S * k, room.g.copy()))
+    assert [type(one) for one in said] == [OpenWindow, CloseWindow] * 2
+    level = np.mean([g for at, g in flown if 14.0 < at < 29.0], axis=0)
+    np.testing.assert_allclose(level, [0.0, 0.0, 1.8], atol=0.05)
+
+
+def test_the_axes_of_the_room_are_those_of_a_right_handed_frame_with_the_third_up():
+    for up in np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.6, -0.48, 0.64], [0.0, -9.8, 0.1]]):
+        axes = upright(up)
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(axes) == pytest.approx(1.0)
+        np.testing.assert_allclose(axes @ up, np.array([0.0, 0.0, np.linalg.norm(up)]), atol=1e-12)

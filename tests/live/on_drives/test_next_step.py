@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.docs_scripts import FOLDER, docs_script
 
 from exograv import cli
-from exograv.cli.shell.command import command_class
+from exograv.cli.shell.command import command_class, options_of
 from exograv.errors import ExogravError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.live.on_drives.connection import not_ready
@@ -34,7 +35,7 @@ from exograv.storage.acceptance_protocol import (
 from exograv.storage.bring_up_sheet import write_sheet
 from exograv.storage.calibration_file import identity_of, write_calibration
 from exograv.storage.calibration_schema import MeasurementConditions, stored
-from exograv.storage.machine_readiness import NEEDED
+from exograv.storage.machine_readiness import NEEDED, WITHOUT_DRIVES
 from exograv.storage.participant_file import write_participant
 from exograv.storage.participant_schema import Identified, StoredPerson
 from exograv.storage.self_test_pass import MachineKey, withdraw_pass, write_pass
@@ -360,15 +361,29 @@ def test_exactly_the_listed_commands_take_drives():
     assert takers - {"next", "dev drive-sim"} == set(NEEDED)
 
 
-@pytest.mark.parametrize(
-    "path", ["arm weigh", "run teach", "run repeat", "run mirror", "run assist", "run support-level"]
-)
-def test_a_command_of_the_twin_refuses_drives_and_names_those_that_take_them(
+def test_every_other_command_for_a_machine_says_why_it_does_not_take_drives():
+    fields = {path: {one.field for one in options_of(command_class(action))} for path, action in cli.ACTIONS.items()}
+    for_machines = {path for path, names in fields.items() if "rig" in names}
+    assert for_machines - {"next", "dev drive-sim"} - set(NEEDED) == set(WITHOUT_DRIVES)
+
+
+def test_the_reference_of_the_commands_lists_each_of_them_with_its_checks_or_its_reason(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.syspath_prepend(FOLDER)
+    rows = docs_script("generate").commands_over_drives().splitlines()[2:]
+    listed = {row.split("`")[1]: row.split("|")[2].strip() for row in rows}
+    assert listed == {**dict.fromkeys(NEEDED, "yes"), **dict.fromkeys(WITHOUT_DRIVES, "no")}
+
+
+@pytest.mark.parametrize("path", [*WITHOUT_DRIVES, "study status"])
+def test_a_command_without_drives_refuses_them_with_its_reason_and_names_those_that_take_them(
     path: str, capsys: pytest.CaptureFixture[str]
 ):
     with pytest.raises(SystemExit):
         cli.parsed(path, ["--drives", "drives.toml"])
+    reason = WITHOUT_DRIVES.get(path, "it has no option --drives")
     assert capsys.readouterr().err.splitlines()[0] == (
-        f"exograv: `exograv {path}` does not fly over drives: it has no option --drives. These commands do: "
+        f"exograv: `exograv {path}` does not fly over drives: {reason}. These commands do: "
         f"{', '.join(NEEDED)}. `exograv {path} --help` shows all options."
     )

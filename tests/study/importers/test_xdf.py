@@ -15,7 +15,7 @@ from exograv.study.dataset.making import refresh
 from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.tables import frame, read_tables
 from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
-from exograv.study.importers import xdf
+from exograv.study.importers import xdf_stream
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.xdf import OURS, import_xdf
 from exograv.study.importers.xdf_mapping import XdfMapping
@@ -110,7 +110,7 @@ def test_xdf_comes_into_a_study_and_its_tables_can_be_made_again(tmp_path: Path)
 def test_a_packed_file_that_would_take_the_whole_memory_is_refused_before_it_is_unpacked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(xdf, "UNPACKED_BYTES_MAX", 1_000_000)
+    monkeypatch.setattr(xdf_stream, "UNPACKED_BYTES_MAX", 1_000_000)
     monkeypatch.setattr("pyxdf.load_xdf", lambda *_, **__: pytest.fail("the file was unpacked"))
     path = tmp_path / "bomb.xdfz"
     path.write_bytes(gzip.compress(b"XDF:" + bytes(3_000_000)))

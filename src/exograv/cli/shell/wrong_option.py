@@ -183,12 +183,10 @@ def _unknown(name: str, command: _Command, actions: Mapping[str, Action]) -> str
         return f"`exograv {command.path}` has no option {name}. {meant}"
     flag = name.replace("_", "-")
     if flag == "--drives":
-        from exograv.storage.machine_readiness import NEEDED
+        from exograv.storage.machine_readiness import NEEDED, WITHOUT_DRIVES
 
-        return (
-            f"`exograv {command.path}` does not fly over drives: it has no option --drives. These commands do: "
-            f"{', '.join(NEEDED)}."
-        )
+        reason = WITHOUT_DRIVES.get(command.path, "it has no option --drives")
+        return f"`exograv {command.path}` does not fly over drives: {reason}. These commands do: {', '.join(NEEDED)}."
     near = difflib.get_close_matches(flag, command.flags, n=1, cutoff=0.7)
     others = [other for other in actions if flag in _command(other, actions).flags]
     more = ""

@@ -86,6 +86,10 @@ class TrainOptions(WornOptions):
     windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
     """Run only the first N windows, for a trial. The recording states that it is not the whole protocol."""
 
+    aircraft_file: Annotated[Path | None, ON_TWIN] = None
+    """Flight that a sensor recorded (`exograv data aircraft replay`), for a protocol whose windows an aircraft opens.
+    The file must name its columns and units."""
+
     verify_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500), ON_TWIN] = 0
     """Verify the residual torque after every N windows, with 138 s of motion each time; 0 for never."""
 
@@ -117,7 +121,8 @@ class TrainOptions(WornOptions):
     def kept(self) -> OptionRecord:
         """Options that must be the same when a run is continued."""
         clock: OptionRecord = {"virtual_clock": True} if self.virtual_clock else {}
-        return foreign_world(self.world) | clock | {
+        flight: OptionRecord = {} if self.aircraft_file is None else {"aircraft_file": str(self.aircraft_file)}
+        return foreign_world(self.world) | clock | flight | {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
             "side": self.side, "level": self.level, "seed": self.seed,
             "donning": self.donning, "windows": self.windows,

@@ -4,6 +4,7 @@ import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 
 from exograv.errors import ConfigError, RecordingError, RigError
@@ -295,7 +296,7 @@ class _Training:
     def _settings(self) -> RunSettings:
         options, asked = self._options, self._asked
         # The path of a file changes no result. The hashes state which files were read.
-        places = dict.fromkeys(("calibration", "person_file", "allocation", "drives", "participants"))
+        places = dict.fromkeys(("calibration", "person_file", "allocation", "drives", "participants", "aircraft_file"))
         settings = {
             "options": json_value(options) | places | {"rig": asked.rig, "resume": False, "lsl": False},
             "protocol": asked.loaded.recorded,
@@ -303,6 +304,8 @@ class _Training:
         hashes = {"protocol": asked.loaded.sha256}
         if asked.allocation_sha256 is not None:
             hashes["allocation"] = asked.allocation_sha256
+        if options.aircraft_file is not None:
+            hashes["aircraft_file"] = sha256(options.aircraft_file.read_bytes()).hexdigest()
         return self._machine.settings(settings, hashes)
 
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 from datetime import UTC, datetime
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.errors import RigError
+from exograv.errors import ConfigError, RigError
+from exograv.experiment.sensor_file.load import Flight, SensorFile, load_flight, windows_in
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.recorded_participant import recorded_participant
@@ -71,6 +72,7 @@ class TwinMachine:
         """Check the files of machine and person."""
         options, laboratory = self._options, self._laboratory
         self._person_run()
+        self._recorded_flight()
         if options.calibration is not None:
             make, now = calibration_command(options), datetime.now(UTC)
             take_calibration(options.calibration, laboratory.description, laboratory.serial, now, make)
@@ -122,7 +124,34 @@ class TwinMachine:
         """Return the aircraft of a flight protocol."""
         if self._protocol.opening != "aircraft":
             return ()
-        return (AircraftFeed(self._protocol, self._flown, self.day, aircraft_sink(recording)),)
+        flown = self._recorded_flight()
+        return (AircraftFeed(self._protocol, self._flown, self.day, aircraft_sink(recording), flown),)
+
+    def _recorded_flight(self) -> Flight | None:
+        """Return the flight of a file; None without one.
+
+        Raises:
+            ConfigError: No aircraft opens the windows of this protocol, or the file has fewer windows.
+            RecordingError: The file cannot be used.
+        """
+        protocol, path = self._protocol, self._options.aircraft_file
+        if path is None:
+            return None
+        if protocol.opening != "aircraft":
+            raise ConfigError(
+                f"--aircraft-file is {path}, but protocol '{protocol.name}' opens its windows by the clock. Give a "
+                "protocol such as `flight`, or leave the option out."
+            )
+        level = protocol.windows.level_of(protocol.windows.first_number).start
+        flight = load_flight(SensorFile(path), protocol.aircraft, level).samples
+        windows = windows_in(flight, protocol.aircraft, level)
+        if windows < protocol.windows.count:
+            raise ConfigError(
+                f"{path} has {windows} windows within the limits of protocol '{protocol.name}', which has "
+                f"{protocol.windows.count}. "
+                + (f"Give --windows {windows}." if windows else "Give the recording of a parabolic flight.")
+            )
+        return flight
 
     def close(self) -> None:
         """Do nothing: the twin needs no release."""

@@ -1,6 +1,6 @@
 """Emulated flight in lock-step: the room is accelerated, and datagrams that pass the network open windows."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from typing import Protocol as Interface
 from typing import runtime_checkable
 
@@ -31,13 +31,46 @@ class AcceleratedRoom(Interface):
         ...
 
 
+Flown = Sequence[tuple[float, AircraftSample]]
+"""Times after the first sample [s], and samples."""
+
+
+def upright(up: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
+    """Return the rotation from the axes of a sensor to those of the room, whose third axis is vertical.
+
+    A sensor is mounted in any orientation. Its mean acceleration is nearly vertical: aircraft fly parabolas so that the
+    acceleration keeps its direction in the cabin.
+
+    Args:
+        up: Mean acceleration along the sensor's axes, of any length.
+    """
+    vertical = up / np.linalg.norm(up)
+    ahead = np.eye(3)[np.argmin(np.abs(vertical))]  # the sensor's axis that is farthest from the vertical
+    ahead = ahead - (ahead @ vertical) * vertical
+    ahead = ahead / np.linalg.norm(ahead)
+    return np.array([ahead, np.cross(vertical, ahead), vertical])
+
+
 class AircraftFeed:
     """Source of the aircraft's events, which also accelerates the twin's room."""
 
     def __init__(
-        self, protocol: Protocol, twin: AcceleratedRoom, seed: int, heard: Callable[[float, AircraftSample], None]
+        self,
+        protocol: Protocol,
+        twin: AcceleratedRoom,
+        seed: int,
+        heard: Callable[[float, AircraftSample], None],
+        recorded: Flown | None = None,
     ):
-        """Start the flight now. `heard` receives every sample that arrives, with its time."""
+        """Start the flight now.
+
+        Args:
+            protocol: Protocol with the limits of the windows.
+            twin: Room that flies.
+            seed: Seed of the network, and of an emulated flight.
+            heard: Receives every sample that arrives, with its time.
+            recorded: Flight that a sensor recorded; an emulated one if absent.
+        """
         level, high = protocol.windows.level_of(protocol.windows.first_number).start, protocol.hypergravity
         profile = FlightProfile(
             parabolas=protocol.windows.count, level=level, window_s=protocol.windows.duration_s
@@ -50,13 +83,15 @@ class AircraftFeed:
         self.profile = profile
         self._twin, self._heard, self._begun = twin, heard, twin.t
         self._watch = AircraftWatch(protocol.aircraft, level)
-        self._flown: Iterator[tuple[float, AircraftSample]] = samples(self.profile, seed)
-        self._sent = datagrams(self.profile, NETWORK, seed)
+        self._flown = iter(samples(profile, seed) if recorded is None else recorded)
+        self._sent = datagrams(samples(profile, seed) if recorded is None else recorded, NETWORK, seed)
         self._next_flown, self._next_sent = next(self._flown, None), next(self._sent, None)
-        tilt = np.deg2rad(self.profile.pitch_deg)
+        tilt = np.deg2rad(profile.pitch_deg)
         self._level_axes = np.array(
             [[np.cos(tilt), 0.0, -np.sin(tilt)], [0.0, 1.0, 0.0], [np.sin(tilt), 0.0, np.cos(tilt)]]
         )
+        if recorded is not None:
+            self._level_axes = upright(np.sum([sample.g for _, sample in recorded], axis=0))
 
     def __call__(self, t: float) -> tuple[Event, ...]:
         """Apply the aircraft's acceleration of time `t` [s] to the twin; return the events received until `t`."""
