@@ -7,6 +7,7 @@ import contextlib
 import json
 import queue
 import subprocess
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -31,7 +32,12 @@ class ForeignNode:
     def __init__(self, port: int):
         program = [PYTHON, str(Path(__file__).with_name("foreign_node.py")), str(port)]
         self._process = subprocess.Popen(
-            program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=own_environment()
+            program,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=own_environment(),
+            cwd=tempfile.gettempdir(),  # it compiles its messages into the working directory
         )
         self._lines: queue.Queue[dict[str, Any]] = queue.Queue()
         self._reading = threading.Thread(target=self._read)
