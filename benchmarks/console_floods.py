@@ -1,11 +1,12 @@
 """Latency of Stop under floods of the console's server, and what the floods take from other pages.
 
-    python benchmarks/console_floods.py --presses 60 [--markdown]
+    python benchmarks/console_floods.py --presses 60 [--tls] [--markdown]
 
 The console is rehearsed, in its own processes. An operator's page presses Stop and waits for the answer, so that each
 figure is the way to the desk and back. Each flood runs in a process of its own on the same computer, from the same
 address as the page. At the end of a flood a participant logs in with a new link. Exit code 1 if a press took longer
-than 50 ms, or if the participant did not get in.
+than 50 ms, or if the participant did not get in. With `--tls` the console serves a network, with a certificate that
+openssl makes, and the floods use TLS.
 """
 
 import argparse
@@ -19,6 +20,7 @@ import re
 import resource
 import selectors
 import socket
+import ssl
 import statistics
 import subprocess
 import sys
@@ -57,6 +59,21 @@ LOGIN_MAX_S = 20.0
 TRY_S = 5.0
 """Time-out of one request or connection [s]."""
 
+LAN = "127.0.0.2"
+"""Address of the console in its network; no other computer reaches it."""
+
+HALF_HELLO = bytes.fromhex("16030102000100")
+"""Begin of a TLS handshake: a record whose other bytes do not come."""
+
+
+def tls_of(origin: str) -> ssl.SSLContext | None:
+    """Return the TLS settings of a client of this origin; None without TLS."""
+    if not origin.startswith("https"):
+        return None
+    context = ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE  # the certificate is made for one run
+    return context
+
 
 @dataclass(frozen=True)
 class Login:
@@ -74,15 +91,18 @@ class Login:
     def post(self, path: str) -> dict[str, Any]:
         """Send a POST of the page, and return the answer."""
         headers = {"X-Exograv": "1", "Origin": self.origin, "Cookie": self.cookie}
-        with urllib.request.urlopen(urllib.request.Request(f"{self.origin}{path}", b"", headers), None, TRY_S) as given:
+        asked = urllib.request.Request(f"{self.origin}{path}", b"", headers)
+        with urllib.request.urlopen(asked, None, TRY_S, context=tls_of(self.origin)) as given:
             return json.loads(given.read())
 
     @contextlib.contextmanager
     def line(self, name: str = "page-of-a-flood") -> Iterator[ClientConnection]:
         """Open a line up to its hello."""
         ticket = self.post(f"/{self.role}/ticket")["ticket"]
+        context = tls_of(self.origin)
         with connect(
-            f"ws://{self.host}/{self.role}/line",
+            f"{'ws' if context is None else 'wss'}://{self.host}/{self.role}/line",
+            ssl=context,
             origin=Origin(self.origin),
             additional_headers={"Cookie": self.cookie},
             compression=None,
@@ -100,7 +120,7 @@ def log_in(link: str) -> Login:
     origin, _, token = link.partition("/#")
     headers = {"X-Exograv": "1", "Origin": origin}
     asked = urllib.request.Request(f"{origin}/enter", json.dumps({"token": token}).encode(), headers)
-    with urllib.request.urlopen(asked, None, TRY_S) as entered:
+    with urllib.request.urlopen(asked, None, TRY_S, context=tls_of(origin)) as entered:
         cookie, role = entered.headers["Set-Cookie"].partition(";")[0], json.loads(entered.read())["role"]
     return Login(origin, role, cookie)
 
@@ -152,31 +172,59 @@ class Operator:
                 time.sleep(0.2)
 
 
-def hold_connections(login: Login, said: bytes = b"") -> None:
-    """Keep many connections open that send `said` and no more; open a new one for each that is closed."""
-    place, waiting = login.host.split(":"), selectors.DefaultSelector()
+def hold_connections(login: Login, said: bytes = b"", is_raw: bool = False) -> None:
+    """Keep many connections open that send `said` and no more; open a new one for each that is closed.
+
+    With `is_raw` the bytes are sent before any TLS handshake.
+    """
+    host, port = login.host.split(":")
+    context = None if is_raw or not said else tls_of(login.origin)
+    waiting, quiet = selectors.DefaultSelector(), set[socket.socket]()
     while True:
         for _ in range(CONNECTIONS - len(waiting.get_map())):
-            one = socket.socket()
+            one: Any = socket.socket()
             one.setblocking(False)
-            if one.connect_ex((place[0], int(place[1]))) in (0, errno.EINPROGRESS):
+            if one.connect_ex((host, int(port))) in (0, errno.EINPROGRESS):
                 waiting.register(one, selectors.EVENT_READ | (selectors.EVENT_WRITE if said else 0))
         for key, events in waiting.select(0.05):
-            one: Any = key.fileobj
+            one = key.fileobj
             try:
-                if events & selectors.EVENT_WRITE:
+                if said and one not in quiet:
+                    one = _shaken(one, context, waiting)
                     one.send(said)
+                    quiet.add(one)
                     waiting.modify(one, selectors.EVENT_READ)
-                if events & selectors.EVENT_READ and not one.recv(4096):
+                elif events & selectors.EVENT_READ and not one.recv(4096):
                     raise ConnectionResetError
+            except (ssl.SSLWantReadError, ssl.SSLWantWriteError):
+                pass
             except OSError:
+                one = next((each for each in waiting.get_map().values() if each.fd == key.fd), key).fileobj
+                quiet.discard(one)
                 waiting.unregister(one)
                 one.close()
+
+
+def _shaken(one: Any, context: ssl.SSLContext | None, waiting: selectors.BaseSelector) -> Any:
+    """Go on with the TLS handshake of a connection, if it needs one; return its socket."""
+    if context is not None and not isinstance(one, ssl.SSLSocket):
+        waiting.unregister(one)
+        one = context.wrap_socket(one, do_handshake_on_connect=False, suppress_ragged_eofs=True)
+        waiting.register(one, selectors.EVENT_READ | selectors.EVENT_WRITE)
+    if isinstance(one, ssl.SSLSocket):
+        waiting.modify(one, selectors.EVENT_READ)
+        one.do_handshake()
+    return one
 
 
 def half_headers(login: Login) -> None:
     """Keep many connections open with a header that never ends."""
     hold_connections(login, f"GET / HTTP/1.1\r\nHost: {login.host}\r\nX-Slow: ".encode())
+
+
+def half_handshakes(login: Login) -> None:
+    """Keep many connections open with a TLS handshake that never ends."""
+    hold_connections(login, HALF_HELLO, is_raw=True)
 
 
 def nonsense(login: Login) -> None:
@@ -224,10 +272,12 @@ def messages(login: Login) -> None:
 def _on_connections(login: Login, count: int, request: bytes) -> None:
     """Send a request again and again on `count` connections at once."""
     host, port = login.host.split(":")
+    context = tls_of(login.origin)
 
     def send_all() -> None:
         while True:
-            with contextlib.suppress(OSError), socket.create_connection((host, int(port)), TRY_S) as one:
+            with contextlib.suppress(OSError), socket.create_connection((host, int(port)), TRY_S) as plain:
+                one = plain if context is None else context.wrap_socket(plain)
                 while True:
                     one.sendall(request)
                     if not one.recv(65536):
@@ -238,10 +288,14 @@ def _on_connections(login: Login, count: int, request: bytes) -> None:
     threading.Event().wait()
 
 
+HANDSHAKES = "handshakes"
+"""Flood of a console with TLS only."""
+
 FLOODS: dict[str, tuple[str, Callable[[Login], None] | None]] = {
     "quiet": ("no flood", None),
     "connections": (f"{CONNECTIONS} connections without a login", hold_connections),
     "half-headers": (f"{CONNECTIONS} connections with a header that never ends", half_headers),
+    HANDSHAKES: (f"{CONNECTIONS} connections with a TLS handshake that never ends", half_handshakes),
     "nonsense": ("requests with a wrong header, on connection after connection", nonsense),
     "wrong-tokens": ("wrong tokens on 20 connections", wrong_tokens),
     "lines": ("one viewer opens line after line", lines),
@@ -266,10 +320,19 @@ class Flooded:
         return max(self.stop_ms) <= STOP_MAX_MS and self.login_s is not None
 
 
+def certificate(folder: Path) -> list[str]:
+    """Make a certificate; return the options of a console that serves a network with it."""
+    made, key = folder / "certificate.pem", folder / "key.pem"
+    words = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", f"/CN={LAN}"]
+    subprocess.run([*words, "-keyout", key, "-out", made], check=True, capture_output=True)
+    return ["--lan", LAN, "--certificate", str(made), "--key", str(key)]
+
+
 @contextlib.contextmanager
-def console(folder: Path) -> Iterator[tuple[str, Path]]:
+def console(folder: Path, has_tls: bool) -> Iterator[tuple[str, Path]]:
     """Run a rehearsed console; yield the operator's link and the file of its output."""
     command = [sys.executable, "-m", "exograv.cli", "run", "console", "--rehearse", "--no-browser", "--port", "0"]
+    command += certificate(folder) if has_tls else []
     log = folder / "output.txt"
     with log.open("wb") as file:
         limit = ["prlimit", f"--nofile={DESCRIPTORS}:{DESCRIPTORS}"]
@@ -309,12 +372,12 @@ def come_in(link: str) -> float | None:
     return None
 
 
-def flood(name: str, presses: int) -> Flooded:
+def flood(name: str, presses: int, has_tls: bool) -> Flooded:
     """Run one flood against a console of its own."""
     work, draw = FLOODS[name][1], random.Random(0)
     with (
         tempfile.TemporaryDirectory() as folder,
-        console(Path(folder)) as (link, log),
+        console(Path(folder), has_tls) as (link, log),
         log_in(link).line("page-of-the-operator") as line,
     ):
         operator = Operator(line)
@@ -339,6 +402,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--presses", type=int, default=60)
     parser.add_argument("--only", choices=FLOODS, action="append")
+    parser.add_argument("--tls", action="store_true", help="the console serves a network, with TLS")
     parser.add_argument("--markdown", action="store_true", help="print the table of the documentation")
     arguments = parser.parse_args()
     raise_descriptors()
@@ -347,8 +411,8 @@ def main() -> int:
             "| flood | Stop: median, p99, worst [ms] | participant gets in after [s] | output [kB] |\n|---|---|---|---|"
         )
     is_good = True
-    for name in arguments.only or FLOODS:
-        found = flood(name, arguments.presses)
+    for name in arguments.only or [one for one in FLOODS if arguments.tls or one != HANDSHAKES]:
+        found = flood(name, arguments.presses, arguments.tls)
         is_good &= found.is_good
         ms = sorted(found.stop_ms)
         p99 = ms[min(round(0.99 * len(ms)), len(ms) - 1)]

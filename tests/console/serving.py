@@ -1,12 +1,14 @@
 """Console in this process on the fake desk: with a real server in a thread, or for Starlette's test client."""
 
 import asyncio
+import subprocess
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
 import uvicorn
 from tests.waiting import wait_until
 
@@ -34,6 +36,17 @@ def hub_on(desk: FakeDesk, folder: Path, plan: TaskPlan | None, origin: str = "h
     finally:
         hub.close_down()
         diary.close()
+
+
+def network_address(folder: Path) -> Address:
+    """Make a certificate; return an address of a network that only this computer reaches."""
+    certificate, key = folder / "c.pem", folder / "k.pem"
+    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=127.0.0.2"]
+    try:
+        subprocess.run([*made, "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    except FileNotFoundError:
+        pytest.skip("There is no openssl to make a certificate with.")
+    return Address(port=0, lan="127.0.0.2", certificate=certificate, key=key)
 
 
 @dataclass

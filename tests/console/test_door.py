@@ -3,10 +3,11 @@
 import json
 import logging
 import socket
+import ssl
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,7 @@ from exograv.console.turnstile import Turnstile
 
 from .of_clock import SetClock
 from .of_process import Page
-from .serving import Served, served
+from .serving import Served, network_address, served
 
 OPEN_S = 5.0
 MANY = 3 * SILENT_OF_ADDRESS
@@ -36,7 +37,7 @@ class Connections:
     """TCP connections that do what a page would not do."""
 
     def __init__(self, house: Served, stack: ExitStack):
-        host, port = house.hub.origin.removeprefix("http://").split(":")
+        host, port = house.hub.origin.partition("://")[2].split(":")
         self._place, self._stack, self.opened = (host, int(port)), stack, list[socket.socket]()
 
     def open(self, count: int, said: bytes = b"") -> None:
@@ -124,6 +125,34 @@ def test_a_connection_that_never_logs_in_is_closed_in_time_although_it_asks(
         slow = Connections(house, stack)
         slow.open(3, f"GET /enter HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
         wait_until(lambda: slow.alive == 0, seconds=3.0)  # an idle connection with an answer ends after 5 s
+
+
+def test_half_first_messages_of_tls_handshakes_do_not_keep_a_page_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(door, "REQUEST_S", 1000.0)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    with served(tmp_path, None, address=network_address(tmp_path)) as house, ExitStack() as stack:
+        flood = Connections(house, stack)
+        for said in ((hello := hello_of(context))[:-1], hello[:3], b"GET / HTTP/1.1\r\n\r\n"):
+            flood.open(MANY, said)
+            wait_until(lambda: is_open_to(house, context))
+        wait_until(lambda: flood.alive <= SILENT_OF_ADDRESS)
+
+
+def is_open_to(house: Served, context: ssl.SSLContext) -> bool:
+    try:
+        with urllib.request.urlopen(house.hub.origin, None, 0.5, context=context) as answer:
+            return answer.status == 200
+    except OSError:
+        return False
+
+
+def hello_of(context: ssl.SSLContext) -> bytes:
+    """First message of a handshake."""
+    sent = ssl.MemoryBIO()
+    with suppress(ssl.SSLWantReadError):
+        context.wrap_bio(ssl.MemoryBIO(), sent).do_handshake()
+    return sent.read()
 
 
 def test_a_door_that_accepts_no_more_connections_ends_the_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

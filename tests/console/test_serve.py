@@ -4,7 +4,6 @@ import asyncio
 import json
 import socket
 import ssl
-import subprocess
 import time
 import urllib.request
 from collections.abc import Iterator
@@ -29,7 +28,7 @@ from exograv.console.trial import ProtocolTrial
 from exograv.errors import ConfigError
 
 from .fake_desk import FakeDesk
-from .serving import Served, hub_on, served
+from .serving import Served, hub_on, network_address, served
 
 OPEN_S = 5.0
 
@@ -175,13 +174,7 @@ def test_a_port_that_somebody_has_is_told():
 
 
 def test_in_a_network_pages_come_over_tls_under_one_name(tmp_path: Path):
-    certificate, key = tmp_path / "c.pem", tmp_path / "k.pem"
-    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=127.0.0.2"]
-    try:
-        subprocess.run([*made, "-keyout", key, "-out", certificate], check=True, capture_output=True)
-    except FileNotFoundError:
-        pytest.skip("There is no openssl to make a certificate with.")
-    address = Address(port=0, lan="127.0.0.2", certificate=certificate, key=key)
+    address = network_address(tmp_path)
     with bound(address) as (listening, host), hub_on(FakeDesk(), tmp_path, None, f"https://{host}") as hub:
         config = settings_of(hub, address, host)
         config.load()

@@ -35,6 +35,7 @@ def test_a_motor_that_turns_the_other_way_ends_in_its_own_drive_s_brake_and_a_sl
             hand.append(twin.hand_speed())
 
     twin.turn_motor(SHOULDER, -1.0)
+    monkeypatch.setattr(pilot, "_native", None)  # native ticks call neither `read` nor `write`
     monkeypatch.setattr(twin, "write", wrote)
     monkeypatch.setattr(twin, "read", lambda: (state := read())._replace(current=other * state.current))
     with pytest.raises(RigError):

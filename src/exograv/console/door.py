@@ -3,7 +3,8 @@
 A flood of connections therefore takes neither the descriptors of the process nor the time of its event loop.
 
 - A connection costs little until the head of its first request has arrived. Beyond the limit the oldest is closed.
-- The door closes a connection whose first bytes are no HTTP, without an answer. With TLS it cannot see them.
+- The door closes a connection whose first bytes are no HTTP, without an answer. With TLS it looks for the whole first
+  message of a handshake.
 - A request with the cookie of a login, or with a correct link, does not wait behind other requests.
 """
 
@@ -47,8 +48,14 @@ LOOK_AGAIN_S = 0.005
 HEAD_BYTES = 4096
 """Length from which a head is handed to the server although its end has not arrived [byte]."""
 
+HELLO_HEAD_BYTES = 5
+"""Length of the head of a TLS record [byte]."""
+
 FIRST_LINE = re.compile(rb"(GET|HEAD|POST) /[!-~]* HTTP/1\.1\r\n")
 """Pattern of the first line of a request; the server answers no other requests."""
+
+HELLO = re.compile(rb"\x16\x03[\x00-\x04](..)", re.DOTALL)
+"""Head of a TLS record with a handshake; its length in two bytes."""
 
 LOGIN = re.compile(rb"POST /enter .*\r\ncontent-length: *(\d{1,4})\r\n", re.DOTALL | re.IGNORECASE)
 """Request with the token of a link; its body is awaited, too."""
@@ -265,12 +272,13 @@ class Door:
             return
         except OSError:
             seen = b""
+        if self._tls is not None:
+            self._look_at_hello(visit, seen)
+            return
         head, end, body = seen.partition(b"\r\n\r\n")
         login = LOGIN.match(head + b"\r\n") if end else None
         is_whole = bool(end) and (login is None or len(body) >= int(login[1]))
-        if self._tls is not None and seen:
-            self._speak(visit)
-        elif seen and not is_whole and len(seen) < HEAD_BYTES:
+        if seen and not is_whole and len(seen) < HEAD_BYTES:
             self._loop.call_later(LOOK_AGAIN_S, self._look, visit)
         elif not FIRST_LINE.match(head + b"\r\n"):
             visit.close()
@@ -280,6 +288,16 @@ class Door:
             self._silent.discard(visit)
             self._askers.add(visit)
             self._friends.add(visit)
+        else:
+            self._speak(visit)
+
+    def _look_at_hello(self, visit: Visit, seen: bytes) -> None:
+        """Leave a connection for the server when the first message of its handshake is whole."""
+        hello = HELLO.match(seen)
+        if not seen or (hello is None and len(seen) >= HELLO_HEAD_BYTES):
+            visit.close()
+        elif hello is None or len(seen) < min(HELLO_HEAD_BYTES + int.from_bytes(hello[1]), HEAD_BYTES):
+            self._loop.call_later(LOOK_AGAIN_S, self._look, visit)
         else:
             self._speak(visit)
 

@@ -5,9 +5,10 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-from tests.campaigns.process_faults.made_up_process_flights import MACHINE, Course, evidence_of
+from tests.campaigns.process_faults.made_up_process_flights import MACHINE, STRUCK_S, Course, evidence_of
 
 from exograv.campaigns.process_faults import campaign as module
+from exograv.campaigns.process_faults.bare_loops import HostPause
 from exograv.campaigns.process_faults.campaign import (
     ABSENT_HERE,
     MatrixCampaign,
@@ -61,6 +62,21 @@ def test_a_cell_that_never_was_struck_is_not_flown(monkeypatch: pytest.MonkeyPat
     (verdict,) = flown(MatrixCampaign(out=tmp_path, tries=2), [CELL])
     assert (verdict.status, verdict.tries) == ("not flown", 2)
     assert figures_of([verdict], [], 0, 2).is_bad
+
+
+def test_a_late_cell_beside_bare_loops_is_repeated_and_then_judged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    paused = evidence_of(Course(descends_s=0.025), host_pauses=(HostPause(STRUCK_S + 0.02, 0.018, 0),))
+    places = fly_as(monkeypatch, paused, paused, GOOD)
+    (verdict,) = flown(MatrixCampaign(out=tmp_path), [CELL])
+    assert (verdict.status, verdict.tries, len(places)) == ("as expected", 3, 3)
+    fly_as(monkeypatch, paused, paused)
+    (verdict,) = flown(MatrixCampaign(out=tmp_path, tries=2), [CELL])
+    assert verdict.status == "late"
+    assert not verdict.is_bad(on_shared=True)
+
+
+def test_cells_that_are_left_are_not_bad_on_a_shared_computer():
+    assert [figures_of([], ["control:kill:floating"], 0, 2, shared).is_bad for shared in (False, True)] == [True, False]
 
 
 def test_a_cell_that_an_earlier_strike_of_its_session_prevented_is_flown_alone(

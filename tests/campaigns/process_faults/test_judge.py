@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.campaigns.process_faults.made_up_process_flights import MACHINE, STRUCK_S, Course, evidence_of
 
+from exograv.campaigns.process_faults.bare_loops import HostPause
 from exograv.campaigns.process_faults.cell import Cell
 from exograv.campaigns.process_faults.evidence import FlightEvidence
 from exograv.campaigns.process_faults.judge import CellVerdict, judge
@@ -174,3 +175,35 @@ def test_a_strike_after_the_descent_proves_nothing():
     assert judged("recorder:spin:descending", evidence).faults == ("not flown: the descent was over before the strike",)
     evidence = evidence_of(Course(descends_s=-0.5), pressed_t=STRUCK_S - 0.5)
     assert judged("recorder:spin:descending", evidence).status == "as expected"
+
+
+def late_beside(pauses: tuple[HostPause, ...] | None) -> CellVerdict:
+    return judged("control:kill:floating", evidence_of(Course(descends_s=0.025), host_pauses=pauses))
+
+
+def test_a_late_reaction_beside_bare_loops_in_time_is_not_as_expected():
+    verdict = late_beside((HostPause(STRUCK_S + 0.02, 0.002, 0),))
+    assert verdict.is_bad(on_shared=True)
+    assert "bare loops paused for 2 ms" in verdict.faults[0]
+
+
+@pytest.mark.parametrize("pauses", [None, (HostPause(STRUCK_S + 0.02, 0.018, 0),)])
+def test_a_late_reaction_in_a_pause_of_the_computer_is_late(pauses: tuple[HostPause, ...] | None):
+    verdict = late_beside(pauses)
+    assert (verdict.status, verdict.settled().status) == ("late", "late")
+    assert verdict.is_to_repeat == (pauses is not None)
+
+
+def test_pauses_of_two_processors_do_not_add_up():
+    each = tuple(HostPause(STRUCK_S + 0.02, 0.009, cpu) for cpu in (0, 1))
+    assert late_beside(each).status == "not as expected"
+
+
+@pytest.mark.parametrize(("pause_s", "status"), [(0.004, "late"), (0.001, "not as expected")])
+def test_an_unneeded_descent_without_a_pause_is_not_as_expected_after_the_last_flight(pause_s: float, status: str):
+    evidence = evidence_of(SOFT, host_pauses=(HostPause(STRUCK_S, pause_s, 0),))
+    assert evidence.ticks is not None
+    stopped = replace(evidence, ticks=replace(evidence.ticks, stop=StopReason.CONTROL_SILENT.value))
+    verdict = judged("recorder:kill:floating", stopped)
+    assert verdict.is_to_repeat
+    assert verdict.settled().status == status

@@ -106,7 +106,8 @@ def fly_sessions(
 ) -> None:
     """Fly sessions, and judge each while the next one starts. `keep` is called with each verdict.
 
-    A cell that was not struck is flown again, in a session of its own, at most `campaign.tries` times in all.
+    A cell that was not struck, or is late beside bare loops, is flown again, in a session of its own, at most
+    `campaign.tries` times in all.
 
     Raises:
         RigError: The simulated drives do not start.
@@ -123,10 +124,10 @@ def fly_sessions(
             finally:
                 if before is not None:
                     for verdict in _judged(before, machine):
-                        if verdict.status == "not flown" and before.tries < campaign.tries:
+                        if verdict.is_to_repeat and before.tries < campaign.tries:
                             waiting.append(((Cell.of(verdict.cell),), before.tries + 1))
                         else:
-                            keep(verdict)
+                            keep(verdict.settled())
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .bare_loops import HostPause
 from .drives import DrivesLog
 
 
@@ -67,3 +68,5 @@ class FlightEvidence:
     """Time at which a process of the same name started after the strike; None if there was none."""
     has_silent_pages: bool = False
     """True if the pages, which were struck, did not answer at their first address before the end."""
+    host_pauses: tuple[HostPause, ...] | None = None
+    """Pauses of the bare loops beside the session; None if they had no real-time priority."""

@@ -41,8 +41,8 @@ class MatrixFigures:
 
     @property
     def is_bad(self) -> bool:
-        """True if a cell is bad, or is missing."""
-        return bool(self.missing) or any(one.is_bad(self.on_shared) for one in self.cells)
+        """True if a cell is bad, or is missing and the computer is not shared."""
+        return (bool(self.missing) and not self.on_shared) or any(one.is_bad(self.on_shared) for one in self.cells)
 
     @property
     def rows(self) -> list[tuple[str, ...]]:

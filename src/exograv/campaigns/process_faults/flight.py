@@ -18,6 +18,7 @@ from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.recording import read_recording
 from exograv.runtime.recorder.recorder import HANGS_S
 
+from .bare_loops import bare_loops
 from .cell import Cell, Fault, FlightOrders, Process, State
 from .drives import DrivesLog
 from .drives_process import DrivesProcess
@@ -74,11 +75,12 @@ def fly(cells: Sequence[Cell], ground: Ground, folder: Path) -> Callable[[], lis
     process = DrivesProcess([str(word) for word in (drives, *of_machine, log)])
     has = {cell.process for cell in cells}
     try:
-        with neighbours(Process.LSL in has, Process.ROS2 in has) as router:
+        with bare_loops() as pauses, neighbours(Process.LSL in has, Process.ROS2 in has) as router:
             strikes, common = _flown(cells, ground, drives, router, folder)
     except BaseException:
         process.end()
         raise
+    common["host_pauses"] = None if pauses is None else tuple(pauses)
     return partial(_evidence, process, log, strikes, common)
 
 

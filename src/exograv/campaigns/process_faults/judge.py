@@ -1,12 +1,13 @@
 """Judge of one flight: what was seen from outside, against the table of expected outcomes."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from exograv.safety.guard import SafeState
+from exograv.safety.guard import IN_WINDOW_MAX_MS, SafeState
 from exograv.safety.stops import StopReason
 
+from .bare_loops import paused_s
 from .cell import Cell, Fault, Process, State
 from .evidence import FlightEvidence, MachineFigures
 from .gaps import TickGaps, gaps_of
@@ -26,6 +27,10 @@ SHARE_OF_DESCENT = 0.9
 PAUSES = (StopReason.CONTROL_SILENT.value, StopReason.MACHINE_SILENT.value)
 """Reasons of a stop for which nothing but the computer need be slow."""
 
+BEFORE_STOP_S, EXCUSE_MS = 1.0, float(IN_WINDOW_MAX_MS)
+"""Time before a stop in which pauses of the computer count [s], and pause from which the guard misses more ticks than
+it bridges [ms]."""
+
 
 @dataclass(frozen=True)
 class CellVerdict:
@@ -41,12 +46,24 @@ class CellVerdict:
     budget_ms: float | None = None
     stall_ms: float = 0.0
     """Delay by the computer itself near the strike [ms], added to the budget."""
+    host_ms: float | None = None
+    """Pauses of the bare loops before the reaction [ms]; None without bare loops or reaction."""
     faults: tuple[str, ...] = ()
     """Sentences about all that is not as expected, or the reason why the cell was not flown."""
     exit_code: int | None = None
     ended_s: float | None = None
     tries: int = 1
     gaps: TickGaps = field(default_factory=TickGaps)
+
+    @property
+    def is_to_repeat(self) -> bool:
+        """True if another flight may show more: not struck, or a late cell beside bare loops."""
+        return self.status == "not flown" or (self.status == "late" and self.host_ms is not None)
+
+    def settled(self) -> "CellVerdict":
+        """Return the verdict after the last flight: without a pause of the computer, nothing excuses a late cell."""
+        is_excused = self.host_ms is None or self.host_ms >= EXCUSE_MS
+        return self if self.status != "late" or is_excused else replace(self, status="not as expected")
 
     def is_bad(self, on_shared: bool = False) -> bool:
         """Return True if the cell was flown and is not as expected, or could not be flown.
@@ -80,7 +97,11 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
         return CellVerdict(cell.name, "not flown", faults=("not flown: the simulated drives were late",))
     reaction_ms = None if seen.at is None else round(1e3 * (seen.at - evidence.struck_t), 1)
     stall_ms = round(_stall_ms(evidence, machine), 1)
+    host_ms = _host_ms(seen, evidence)
     late, wrong = _outcome_faults(cell, expected, seen, reaction_ms, stall_ms, evidence)
+    excess_ms = 0.0 if expected.budget_ms is None else (reaction_ms or 0.0) - expected.budget_ms - stall_ms
+    if late and seen.outcome in expected.outcomes and host_ms is not None and host_ms < excess_ms:
+        late, wrong = [], [f"{one}; the bare loops paused for {host_ms:g} ms" for one in late]
     faults = [
         *wrong,
         *torque_faults(evidence, machine, _descent_begin(cell, seen, evidence)),
@@ -96,6 +117,7 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
         None if cell.state is State.DESCENDING and seen.outcome is Outcome.LOWERED else reaction_ms,
         expected.budget_ms,
         stall_ms,
+        host_ms,
         (*late, *faults),
         evidence.exit_code,
         None if evidence.ended_s is None else round(evidence.ended_s, 2),
@@ -227,6 +249,13 @@ def _neighbour_faults(seen: Seen, expected: Expected, evidence: FlightEvidence) 
     if expected.told and (count := evidence.output.count(expected.told)) != 1:
         faults.append(f"the loss of the process was told {count} times, expected: once")
     return faults
+
+
+def _host_ms(seen: Seen, evidence: FlightEvidence) -> float | None:
+    """Pauses of the bare loops in the second before the reaction [ms]."""
+    if evidence.host_pauses is None or seen.at is None:
+        return None
+    return round(1e3 * paused_s(evidence.host_pauses, seen.at - BEFORE_STOP_S, seen.at), 1)
 
 
 def _stall_ms(evidence: FlightEvidence, machine: MachineFigures) -> float:

@@ -28,10 +28,11 @@ class ProcessFaultOptions(Options):
     level: Level = 2
 
     tries: Annotated[int, Within(1, 10)] = 3
-    """Largest number of flights of a cell whose session ended before the strike."""
+    """Largest number of flights of a cell whose session ended before the strike, or that a pause made late."""
 
     shared: bool = False
-    """Others use this computer, too: a late reaction and a session that ended before its strike do not fail."""
+    """Others use this computer, too: a late reaction in a pause of the computer, a session that ended before its
+    strike, and cells that are left do not fail."""
 
     resume: bool = False
     """Continue an interrupted campaign with the verdicts in the folder of `--out`."""

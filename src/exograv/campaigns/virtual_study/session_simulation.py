@@ -25,6 +25,8 @@ from exograv.recording import RecordingWriter
 from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard
+from exograv.safety.limits import PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.signals import Command, JointState, Reference
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Start
@@ -77,7 +79,15 @@ class WindowTimes:
 class SimulatedSession:
     """Session of one person for one protocol."""
 
-    def __init__(self, stage: SessionSetup, plan: TaskPlan, room: SimulatedRoom, person: PointingPerson, seed: int):
+    def __init__(
+        self,
+        stage: SessionSetup,
+        plan: TaskPlan,
+        room: SimulatedRoom,
+        person: PointingPerson,
+        seed: int,
+        person_limits: PersonLimits | None = None,
+    ):
         """Begin before the first tick.
 
         Args:
@@ -86,6 +96,7 @@ class SimulatedSession:
             room: Room of that screen.
             person: Virtual person, who acts every `ACT_TICKS` periods of the twin.
             seed: Seed of the panel's delays and of the flight.
+            person_limits: Guard limits of the wearer; with None only the machine's own limits act.
         """
         self.stage, self.person, self.run = stage, person, TaskRun(plan, sinks=(self._note,))
         self.touches = list[FlownTouch]()
@@ -94,6 +105,8 @@ class SimulatedSession:
         self._seat = TwinSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
         period_s, n = self._twin.period_s, len(self._twin.joints)
         envelope = Envelope(limits(stage.laboratory.description), period_s)
+        if person_limits is not None:
+            envelope.person = GuardedPerson(person_limits, 1.0)
         self._guard = Guard.of_machine(envelope, period_s, stage.actuators.gain.tolist())
         self._step = ControlStep(self._guard, stage.actuators.gain)
         self.stops = 0
@@ -241,6 +254,8 @@ class SimulatedSession:
         controller = self.stage.controller
         if isinstance(controller, ArmController) and self.run.plan.exo == "active":
             controller.mode.gravity_level = level
+            if (person := self._guard.envelope.person) is not None:
+                person.gravity_level = level
 
     def _draw_skeleton(self) -> None:
         controller, is_drawn = self.stage.controller, self._ticks % (SKELETON_TICKS // TASK_TICKS * TASK_TICKS) == 0
