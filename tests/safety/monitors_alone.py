@@ -24,7 +24,7 @@ class Monitors:
     def __init__(self, joints: int, period_s: float, gain: Sequence[float] | None = None):
         """Start monitors that have seen nothing yet."""
         self._record = GuardRecord(joints, period_s)
-        set_monitors(self._record, gain)
+        set_monitors(self._record, gain, True)
 
     def told(self, tau: Sequence[float]) -> None:
         """Record the torque that went out (joint,) [N·m]."""

@@ -193,6 +193,23 @@ def test_after_several_faults_the_first_reason_stays_and_all_distrust_lasts_unti
     assert not envelope.drive_damping.any()
 
 
+def test_a_joint_whose_motor_is_not_trusted_gets_no_torque_and_its_drive_brakes_twice_as_hard():
+    envelope = settled()
+    envelope.trip(StopReason.TORQUE_WRONG, isolate=(2,), powerless=(1,))
+    assert envelope.isolated == {1, 2}
+    assert envelope.powerless == {1}
+    np.testing.assert_array_equal(envelope.drive_damping, [0.0, 2.0 * 10.0, 4.0, 0.0])
+    out = held(envelope, TORQUE, STILL, 100)
+    assert out[1] == 0.0
+    assert (out[[0, 2, 3]] != 0.0).all()
+
+
+def test_the_sentence_of_a_stop_is_its_value_and_has_translations():
+    for reason in StopReason:
+        assert reason.sentence == reason.value
+        assert reason.sentence.code == f"stop.{reason.name.lower()}"
+
+
 def test_the_damping_array_shared_by_all_ticks_is_read_only():
     damping = Envelope(LIMITS, DT).drive_damping
     with pytest.raises(ValueError, match="read-only"):

@@ -1,5 +1,7 @@
 """Late, wrong or dead control and false encoders lead to bounded outputs, and the arm comes down."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,6 +19,7 @@ from exograv.safety.guard import (
 )
 from exograv.safety.ingress import FROZEN_MS, Ingress
 from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.native import core
 from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.safety.stops import StopReason
@@ -89,6 +92,65 @@ def test_an_answer_is_valid_until_the_end_of_its_life_and_not_after_it():
     now, measured = bench.k * DT, bench.state()
     assert ControlRequest(bench.k, now, TORQUE).answers(measured, now)
     assert not ControlRequest(bench.k, float(np.nextafter(now, 0.0)), TORQUE).answers(measured, now)
+    assert not ControlRequest(bench.k - 1, now, TORQUE).answers(measured, now)
+
+
+def test_an_answer_that_expires_while_the_guard_waits_for_it_is_not_used():
+    bench = Bench().settled()
+    bench.k += 1
+    now = bench.k * DT
+    assert bench.guard.see(bench.state(), now) is not None
+    out = bench.guard.decide(ControlRequest(bench.k, now + 0.0001, 2.0 * TORQUE), now + 0.0002)
+    assert out.safe_state is SafeState.BRIDGE
+
+
+def test_an_answer_is_used_at_the_very_end_of_its_life():
+    bench = Bench().settled()
+    bench.k += 1
+    now = bench.k * DT
+    assert bench.guard.step(bench.state(), ControlRequest(bench.k, now, TORQUE), now).safe_state is SafeState.NONE
+
+
+def test_a_reset_is_possible_from_the_tick_on_in_which_the_descent_is_over():
+    dt, ticks = 2.0**-10, 128  # a power of two, so that sums have no rounding
+    limits = replace(LIMITS, descent_s=ticks * dt)
+    guard = Guard(Envelope(limits, dt), Ingress([1e-6, 1e-6], dt, LIMITS.v_trip_rad_s), dt)
+    guard.press_stop()
+    nothing, zero = np.full(2, np.nan), np.zeros(2)
+    resets = []
+    for k in range(ticks):
+        guard.step(JointState(k * dt, k, zero, np.ones(2), nothing, TorqueSource.CURRENT), None, k * dt)
+        resets.append(guard.reset())
+    assert resets == [False] * (ticks - 1) + [True]
+
+
+@pytest.mark.parametrize(("speed", "is_left"), [(0.05, False), (-0.05, False), (0.0499, True)])
+def test_a_joint_stands_below_the_speed_limit_of_a_reset_and_not_at_it(speed: float, is_left: bool):
+    bench = Bench().settled()
+    bench.guard.press_stop()
+    bench.settled(round(LIMITS.descent_s / DT) + 1)
+    bench.guard.envelope.record.put(core.V_SEEN, np.array([0.0, speed]))
+    assert bench.guard.reset() is is_left
+
+
+@pytest.mark.parametrize("isolated", [0, 1])
+def test_a_reset_waits_for_the_trusted_joint_to_stand_and_not_for_the_isolated_one(isolated: int):
+    for moving in (0, 1):
+        bench = Bench().settled()
+        bench.guard.envelope.trip(StopReason.ENCODER_DEAD, isolate=(isolated,))
+        bench.settled(round(LIMITS.descent_s / DT) + 1)
+        bench.guard.envelope.record.numbers[core.V_SEEN + moving] = 1.0
+        assert bench.guard.reset() is (moving == isolated)
+
+
+def test_a_torque_for_a_measurement_that_has_not_come_yet_is_never_used():
+    bench = Bench().settled()
+    bench.k += 1
+    ahead = ControlRequest(bench.k + 1, (bench.k + 9) * DT, 2.0 * TORQUE)
+    assert bench.guard.step(bench.state(), ahead, bench.k * DT).safe_state is SafeState.BRIDGE
+    out = bench.tick(None)
+    assert out.safe_state is SafeState.BRIDGE
+    np.testing.assert_array_equal(out.tau, TORQUE)
 
 
 @pytest.mark.parametrize(("last", "state"), [(19, SafeState.DESCENT), (20, SafeState.BRIDGE)])
@@ -166,6 +228,17 @@ def test_a_silent_encoder_is_isolated_and_the_other_joint_is_still_watched_and_d
     assert out.drive_damping.tolist() == [10.0, 0.0]
     falling = -3.0 * (1 - 0.2 / 3.0) - 4.0 * 1.0
     assert out.tau[1] == pytest.approx(falling, abs=0.2)
+
+
+@pytest.mark.parametrize("broken", [(0,), (1,), (0, 1)])
+def test_joints_without_a_position_are_isolated_with_their_reason_and_no_other_ones(broken: tuple[int, ...]):
+    bench = Bench().settled()
+    q = bench.q.copy()
+    q[list(broken)] = np.nan
+    for _ in range(4):
+        bench.tick(q=q)
+    assert bench.guard.envelope.isolated == set(broken)
+    assert bench.guard.envelope.stop is StopReason.NO_MEASUREMENT
 
 
 def test_a_spike_changes_no_torque_by_more_than_a_step_and_three_isolate_the_joint():
@@ -387,6 +460,15 @@ def test_a_stop_ends_a_gravity_ramp_at_its_level_and_no_level_is_accepted_while_
     assert person.gravity_level == reached
 
 
+def test_a_level_that_a_session_sets_ends_a_ramp():
+    bench, person = worn(0.5)
+    assert bench.guard.feel(1.0)
+    bench.settled(10)
+    person.gravity_level = 0.3
+    bench.settled(10)
+    assert person.gravity_level == 0.3
+
+
 def test_a_gravity_ramp_ends_when_the_person_leaves():
     bench, person = worn(0.5)
     assert bench.guard.feel(1.0)
@@ -416,6 +498,16 @@ def test_a_ramp_to_a_gravity_level_may_be_slower_than_the_operator_s_and_no_fast
     for _ in range(10):
         bench.tick()
     assert person.gravity_level == 0.6
+
+
+@pytest.mark.parametrize(("before", "wanted"), [(0.5, 0.4), (0.5, 0.6), (0.9, 1.0)])
+def test_a_slow_ramp_takes_its_time_in_either_direction(before: float, wanted: float):
+    bench, person = worn(before)
+    assert bench.guard.feel(wanted, 0.9)
+    bench.settled(450)
+    assert person.gravity_level == pytest.approx(0.5 * (before + wanted), abs=0.001)
+    bench.settled(451)
+    assert person.gravity_level == wanted
 
 
 @pytest.mark.parametrize("ramp_s", [-1.0, np.nan, np.inf])

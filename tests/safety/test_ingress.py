@@ -159,6 +159,15 @@ def test_a_joint_that_is_trusted_again_has_no_history(says_anything: bool):
         assert ingress.see(one, k * DT) == IngressResult(one)
 
 
+def test_the_values_of_the_ignored_joint_and_of_no_other_are_not_checked():
+    for ignored in range(3):
+        for broken in range(3):
+            ingress, q = Ingress([FINE] * 3, DT, V_TRIP), [0.0, 0.0, 0.0]
+            q[broken] = np.nan
+            result = ingress.see(state(0, q), 0.0, {ignored})
+            assert (result.state is not None) == (ignored == broken)
+
+
 BINARY = 2.0**-8
 """Encoder count whose multiples have no rounding errors [rad]."""
 
@@ -187,6 +196,12 @@ def test_an_invalid_encoder_count_is_refused(count: float):
         Ingress([FINE, count], DT, V_TRIP)
 
 
+def test_a_period_too_short_for_the_positions_of_twenty_five_milliseconds_is_refused():
+    with pytest.raises(ConfigError, match=r"period is 0\.0001975 s; the guard needs at least 0\.000197 s"):
+        Ingress([FINE], 1.975e-4, V_TRIP)
+    Ingress([FINE], 1.99e-4, V_TRIP)  # these need all places of the ring
+
+
 @pytest.mark.parametrize("count", [0.0, np.inf])
 def test_an_exact_encoder_and_one_that_is_not_watched_are_taken(count: float):
     ingress = Ingress([count], DT, V_TRIP)
@@ -195,10 +210,15 @@ def test_an_exact_encoder_and_one_that_is_not_watched_are_taken(count: float):
 
 
 def imaged(
-    frozen: list[int], noise: float = 0.05, step: float = 0.0, seconds: float = 2.0, way: float = 0.1
+    frozen: list[int],
+    noise: float = 0.05,
+    step: float = 0.0,
+    seconds: float = 2.0,
+    way: float = 0.1,
+    counts: tuple[float, ...] = (FINE, FINE, FINE),
 ) -> list[IngressResult]:
     """Return the checks of three joints whose image freezes at the end; `step` is the resolution of the currents."""
-    rng, ingress, found = np.random.default_rng(8), Ingress([FINE] * 3, DT, V_TRIP), []
+    rng, ingress, found = np.random.default_rng(8), Ingress(counts, DT, V_TRIP), []
     ticks, then = round(seconds / DT), (np.zeros(3), np.zeros(3))
     for k in range(ticks + 300):
         q = way * np.sin(0.02 * k * np.arange(1, 4) * DT)
@@ -229,6 +249,12 @@ def test_a_board_whose_image_freezes_alone_is_found_after_eighty_milliseconds():
 @pytest.mark.parametrize("frozen", [[0, 1, 2], [1]])
 def test_a_machine_without_noise_may_stand_still_to_the_last_bit(frozen: list[int]):
     assert not any(one.found or one.state is None for one in imaged(frozen, noise=0.0))
+
+
+@pytest.mark.parametrize("frozen", [[0, 1, 2], [0], [1]])
+def test_a_machine_with_a_joint_that_is_not_watched_may_keep_all_its_bits(frozen: list[int]):
+    results = imaged(frozen, seconds=0.5, way=0.0, counts=(FINE, np.inf, FINE))
+    assert not any(one.found or one.state is None for one in results)
 
 
 def test_a_machine_that_was_just_switched_on_is_not_judged_before_its_noise_is_known():

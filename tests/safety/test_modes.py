@@ -187,6 +187,18 @@ def test_the_share_goes_along_a_line_and_is_a_half_in_the_middle_of_either_ramp(
     assert machine.arm_share == 0.0
 
 
+def test_a_machine_that_begins_in_a_ramp_begins_it_without_the_arm():
+    coming, going = ModeMachine(Mode.RAMP_IN), ModeMachine(Mode.RAMP_OUT)
+    assert max(ramped(coming, 0.1)) < 0.01
+    assert not any(ramped(going, 0.1))
+
+
+def test_the_sentence_of_a_mode_is_its_value_and_has_translations():
+    for mode in Mode:
+        assert mode.sentence == mode.value
+        assert mode.sentence.code == f"mode.{mode.name.lower()}"
+
+
 def test_nothing_is_carried_before_a_ramp_and_a_late_tick_ends_one_exactly():
     machine = ModeMachine()
     assert machine.arm_share == 0.0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from exograv.errors import ConfigError
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.ingress import Ingress
@@ -51,6 +52,29 @@ def test_an_encoder_that_slips_beyond_two_degrees_is_found_after_ten_ticks(side:
     for share in (0.9, 1.0):
         within = [state(t, [side * AGREE_RAD * share * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(200)]
         assert found(Monitors(2, DT, GAIN), within) == []
+
+
+def test_a_period_too_short_for_the_commands_of_thirty_milliseconds_is_refused():
+    for period_s in (2.0e-4, 2.2e-4, 2.343e-4):
+        with pytest.raises(ConfigError, match=r"the guard needs at least 0\.00025 s"):
+            Monitors(2, period_s)
+    Monitors(2, 2.345e-4)  # these need all places of the ring
+
+
+def test_two_encoders_whose_positions_have_opposite_signs_do_not_part_by_that():
+    ways = [0.0] * 8 + [1.1 * AGREE_RAD] * 20
+    slipped = [state(t, [0.5 + way, 0.0], [-0.5, 0.0], [0.0, 0.0]) for t, way in enumerate(ways)]
+    assert found(Monitors(2, DT, GAIN), slipped)[0] == (8 + IN_A_ROW_MS - 1, StopReason.ENCODERS_PART, 0)
+
+
+def test_a_measurement_without_motor_positions_neither_parts_encoders_nor_hides_that_they_part():
+    monitors = Monitors(2, DT, GAIN)
+    moving = [state(t, [0.001 * t, 0.0], [0.001 * t, 0.0] if t < 30 else None, [0.0, 0.0]) for t in range(200)]
+    assert found(monitors, moving) == []
+    slipped = [
+        state(t, [1.1 * AGREE_RAD * (t > 0), 0.0], [0.0, 0.0] if t != 6 else None, [0.0, 0.0]) for t in range(30)
+    ]
+    assert found(Monitors(2, DT, GAIN), slipped)[0] == (IN_A_ROW_MS + 1, StopReason.ENCODERS_PART, 0)
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.0, -2.0])

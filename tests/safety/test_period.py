@@ -90,3 +90,8 @@ def test_misses_are_bridged_at_every_period_and_never_longer_than_the_life_of_a_
 def test_ticks_are_as_long_as_the_time_or_just_longer(ms: int, period_ms: int):
     ticks = ticks_of(ms, 1e-3 * period_ms)
     assert ms <= ticks * period_ms < ms + period_ms
+
+
+def test_a_period_that_is_too_short_by_a_rounding_error_adds_no_tick():
+    assert ticks_of(10, 1e-3 * (1.0 - 3e-8)) == 10
+    assert ticks_of(10, 1e-3 * (1.0 - 3e-7)) == 11

@@ -156,6 +156,18 @@ def test_in_the_wall_before_a_stop_nothing_pushes_on_and_motion_to_it_is_braked(
     assert away == 0.0
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("in_wall", [0, 1])
+def test_a_joint_far_from_its_stops_may_push_while_another_one_is_in_a_wall(in_wall: int, side: float):
+    ends = np.full(2, side * 0.5), np.full(2, side * 2.5)  # all positions have the same sign
+    limits = replace(LIMITS, q_lower=np.minimum(*ends), q_upper=np.maximum(*ends))
+    q = np.full(2, side * 1.5)
+    q[in_wall] = side * 0.55
+    low, high = bounds(q, STILL)
+    for tau, bound in ((np.full(2, 50.0), high), (np.full(2, -50.0), low)):
+        assert held(tau, q, STILL, limits=limits)[1 - in_wall] == pytest.approx(bound[1 - in_wall])
+
+
 @pytest.mark.parametrize("q", [np.array([2.04, 0.0]), np.array([0.0, -2.04])])
 def test_a_joint_past_its_stop_starts_the_descent(q: np.ndarray):
     envelope = worn()
@@ -252,6 +264,35 @@ def test_at_rest_and_braking_an_overdrawn_tank_takes_nothing_away():
     for v in (STILL, np.array([0.5, 0.5])):
         brake = np.array([-0.1, -0.1])
         np.testing.assert_allclose(envelope.limit(brake, np.zeros(2), v), brake, atol=ROUNDING)
+
+
+def test_a_person_keeps_energy_and_level_on_the_way_out_of_a_machine_and_into_another_one():
+    first, second = worn(0.3), Envelope(MACHINE, DT)
+    person = first.person
+    assert person is not None
+    first.limit(STILL, np.array([1.9, 0.0]), STILL)
+    assert person.is_in_a_wall
+    person.energy_J = 0.2
+    first.person = None
+    assert (person.energy_J, person.gravity_level) == (0.2, 0.3)
+    first.limit(STILL, np.array([3.0, 0.0]), STILL)
+    assert first.stop is None, "an empty machine has no stops of a person"
+    second.person = person
+    assert (person.energy_J, person.gravity_level) == (0.2, 0.3)
+    second.limit(STILL, np.array([3.0, 0.0]), STILL)
+    assert second.stop is StopReason.PAST_A_STOP
+
+
+@pytest.mark.parametrize("moving", [0, 1])
+def test_a_joint_at_rest_keeps_its_torque_while_another_one_has_no_energy_to_push(moving: int):
+    v, tau = np.zeros(2), np.array([4.0, 3.0])
+    v[moving] = 1.0
+    envelope = worn(machine=replace(MACHINE, torque_rate_max_Nm_per_s=1e6))
+    assert envelope.person is not None
+    envelope.person.energy_J = 0.0
+    out = envelope.limit(tau, np.zeros(2), v)
+    assert out[1 - moving] == tau[1 - moving]
+    assert out[moving] == pytest.approx((DRY + VISCOUS)[moving])
 
 
 def test_an_incredible_speed_lifts_no_bound_and_empties_no_tank():

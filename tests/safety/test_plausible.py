@@ -131,11 +131,19 @@ def test_a_table_of_version_0_1_gives_the_same_torque_to_the_last_bit(joints: in
         assert table.torque(q, gravity_level) == torque_of_version_0_1(chain, q, gravity_level)
 
 
+def test_a_limb_without_factors_carries_the_same_torque_in_all_postures():
+    exo, arm = np.array([[1.0], [2.0], [3.0], [4.0]]), np.full((4, 1), 2.0)
+    table = PlausibleTable((LimbTable((0, 1, 2, 3), 0, exo, arm),), *[np.zeros(4)] * 3)
+    for q in (np.zeros(4), np.array([1.0, -2.0, 0.5, 3.0])):
+        assert table.torque(q, 0.5) == [2.0, 3.0, 4.0, 5.0]
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
         ({"error": np.array([np.nan, 0.0])}, "error"),
         ({"dry": np.array([-1.0, 0.0])}, "dry"),
+        ({"viscous": np.array([np.inf, 0.0])}, "viscous"),
         ({"error": np.zeros(3), "dry": np.zeros(3), "viscous": np.zeros(3)}, "each of 3 once"),
         ({"chains": (replace(TABLE.chains[0], arm=np.full((2, 9), np.inf)),)}, "not finite"),
         ({"chains": (replace(TABLE.chains[0], exo=np.where(np.eye(2, 9), np.nan, 1.0)),)}, "not finite"),

@@ -5,13 +5,17 @@ import pytest
 
 from exograv.safety.guard import CONSENT_S, GRAVITY_LEVEL_S
 from exograv.safety.limits import PersonLimits
+from exograv.safety.native import core
 from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.state import put_state, state_places
 
 from .test_guard import DT, LIMITS, ROUNDING, Bench, worn
 
 MACHINE_NM, ARM_NM = np.array([5.0, 1.0]), np.array([10.0, 4.0])
 """Torque that carries the machine, and the arm, of `pushed`."""
+REACHED: dict[tuple[float, float], tuple[int, np.ndarray]] = {}
+"""Tick and state of the guard of `pushed`, for each level and consent: the ramp takes thousands of ticks."""
 
 
 def pushed(level: float = 1.8, consent_s: float = CONSENT_S) -> tuple[Bench, GuardedPerson]:
@@ -21,11 +25,17 @@ def pushed(level: float = 1.8, consent_s: float = CONSENT_S) -> tuple[Bench, Gua
     table = PlausibleTable((LimbTable((0, 1), 2, carries[0], carries[1]),), np.zeros(2), np.zeros(2), np.zeros(2))
     limits = PersonLimits(table, np.full(2, 4.0), np.full(2, -3.0), np.full(2, 3.0))
     person = bench.guard.envelope.person = GuardedPerson(limits, 1.0)
-    bench.tick(MACHINE_NM)
-    assert bench.guard.consent(consent_s)
-    assert bench.guard.feel(level)
-    while person.gravity_level < level:
-        bench.tick(carrying(person))
+    record = bench.guard.envelope.record
+    if (level, consent_s) not in REACHED:
+        bench.tick(MACHINE_NM)
+        assert bench.guard.consent(consent_s)
+        assert bench.guard.feel(level)
+        for _ in range(round(GRAVITY_LEVEL_S * (level - 1.0) / DT) + 2):
+            bench.tick(carrying(person))
+        assert person.gravity_level == level
+        REACHED[level, consent_s] = bench.k, record.view[state_places(record)].copy()
+    bench.k, state = REACHED[level, consent_s]
+    put_state(record, state)
     return bench, person
 
 
@@ -48,8 +58,64 @@ def test_nobody_gives_consent_outside_of_the_machine_in_a_stop_or_for_longer_tha
     assert not Bench().guard.consent()
     assert not bench.guard.consent(CONSENT_S + 1.0)
     assert not bench.guard.consent(float("nan"))
+    assert bench.guard.consent(-DT) is False
     bench.guard.press_stop()
-    assert not bench.guard.consent()
+    assert bench.guard.consent() is False
+
+
+def test_a_consent_of_half_a_second_allows_a_push_and_runs_out_with_the_time():
+    bench, _ = worn(1.0)
+    assert bench.guard.consent_s == 0.0
+    assert bench.guard.consent(0.5)
+    assert bench.guard.feel(1.2)
+    bench.settled(200)
+    assert bench.guard.consent_s == pytest.approx(0.3)
+    bench.settled(310)
+    assert bench.guard.consent_s == 0.0
+    assert not bench.guard.feel(1.2)
+
+
+@pytest.mark.parametrize("ramp_s", [0.0, 1.5])
+def test_a_consent_that_runs_out_on_the_way_up_ends_a_small_push_by_a_ramp_back_to_earth(ramp_s: float):
+    bench, person = worn(1.0)
+    assert bench.guard.consent(0.5)
+    assert bench.guard.feel(1.2, ramp_s)
+    felt = []
+    for _ in range(1200):
+        bench.tick()
+        felt.append(person.gravity_level)
+    assert max(felt) == pytest.approx(1.1 if ramp_s == 0.0 else 1.0 + 0.2 / 3.0, abs=0.001)
+    assert felt[-1] == 1.0
+    assert np.diff(felt[500:]).min() == pytest.approx(-DT / GRAVITY_LEVEL_S)
+
+
+def test_a_small_push_ends_in_a_stop_too():
+    bench, person = worn(1.0)
+    assert bench.guard.consent()
+    assert bench.guard.feel(1.2)
+    bench.settled(1100)
+    bench.guard.press_stop()
+    bench.settled(130)
+    assert person.gravity_level == 1.0
+
+
+def test_in_a_wall_the_level_of_earth_may_be_lowered():
+    bench, person = worn(1.0)
+    bench.q = np.array([0.3, 2.95])
+    bench.settled(50)
+    assert person.is_in_a_wall
+    assert bench.guard.feel(0.9)
+    bench.settled(510)
+    assert person.gravity_level == 0.9
+
+
+def test_at_the_speed_from_which_on_the_guard_brakes_a_push_goes_on():
+    bench, person = pushed()
+    record = bench.guard.envelope.record
+    for fastest, goes_on in ((LIMITS.v_damping_rad_s, True), (1.001 * LIMITS.v_damping_rad_s, False)):
+        record.numbers[core.FASTEST] = fastest
+        core.approach_level(record.numbers)
+        assert (person.gravity_level == 1.8) == goes_on
 
 
 def test_the_push_of_a_level_above_earth_goes_out():

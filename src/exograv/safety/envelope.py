@@ -51,8 +51,6 @@ class Envelope:
 
     @person.setter
     def person(self, person: GuardedPerson | None) -> None:
-        if person is self._person:
-            return
         if self._person is not None:
             self._person.leave()
         if person is not None:

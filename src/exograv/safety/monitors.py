@@ -45,7 +45,7 @@ slow joints are judged.
 """
 
 
-def set_monitors(record: GuardRecord, gain: Sequence[float] | None = None, compares: bool = True) -> None:
+def set_monitors(record: GuardRecord, gain: Sequence[float] | None, compares: bool) -> None:
     """Write the settings of the monitors.
 
     Args:
