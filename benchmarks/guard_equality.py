@@ -27,6 +27,9 @@ JOINTS = 2, 4, 7
 MACHINES, TICKS = 25, 4000
 """Machines and ticks of a batch: more than three seconds each, so that a descent ends."""
 
+SAID_TICKS = 10 * MACHINES * TICKS
+"""Ticks between two lines of progress."""
+
 
 def differing(seed: int) -> list[int]:
     """Machines of a batch whose records differ."""
@@ -54,6 +57,8 @@ def main() -> None:
             print(f"seed {seed}, machine {machine}: the records differ")
             wrong += 1
         ticks, seed = ticks + MACHINES * TICKS, seed + 1
+        if ticks % SAID_TICKS == 0:
+            print(f"{ticks} ticks, {wrong} machines differ so far", flush=True)
     print(
         f"{ticks} ticks, {wrong} machines differ, {time.monotonic() - started:.0f} s, seeds {options.seed}–{seed - 1}"
     )
