@@ -13,7 +13,7 @@ from exograv.safety.state import is_state, most_numbers, put_state, state_places
 
 from .random_machines import draw_history, draw_machines, first_guard, first_step
 
-MACHINES, TICKS, AFTER = 6, 400, (1, 40, 250)
+MACHINES, TICKS, AFTER = 12, 600, (1, 40, 333)
 
 
 @pytest.mark.parametrize("joints", [2, 4])

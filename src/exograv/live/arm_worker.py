@@ -1,5 +1,6 @@
 """Worker process of live identification: it takes samples from control, and reports estimates of the arm."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.identification.core.prior import prior
-from exograv.loop.bridged_listener import BRIDGED_TICKS
+from exograv.loop.bridged_listener import BRIDGED_TICKS, between
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.model.arm import is_plausible
 from exograv.model.assembly import Assembly
@@ -150,17 +151,13 @@ class ArmWorker:
                     self._judge(self._learner.estimate())
         return found
 
-    def _interpolated(self, sample: np.void, ticks: int) -> np.ndarray:
-        """Return position, torque and requested position of each tick since the sample before (tick, 3, joint).
-
-        A repeated sample would be a jump, of which the filter makes an acceleration that never was.
-        """
+    def _interpolated(self, sample: np.void, ticks: int) -> Iterator[np.ndarray]:
+        """Yield position, torque and requested position (3, joint) of each tick since the sample before."""
         now, before = np.array([sample["q"], sample["tau"], sample["q_asked"]]), self._sample_before
         self._sample_before = now
-        if ticks == 1:
-            return now[None]
-        share = np.arange(1, ticks + 1)[:, None, None] / ticks
-        return before + share * (now - before)
+        for tick in range(1, ticks):
+            yield between(before, now, tick / ticks)
+        yield now
 
     def _ask_about(self, sample: Sample) -> None:
         """Use one sample for the check that the loaded file describes the person in the machine."""

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from exograv.signals import Reference
 
 from .tick_sample import TickSample
@@ -22,7 +24,7 @@ class BridgedListener:
     def __init__(self, listener: Callable[[TickSample], None] | None):
         """Begin before the first tick of a run; without a listener nothing happens."""
         self._listener = listener
-        self._last: TickSample | None = None
+        self._last: tuple[float, np.ndarray] | None = None
         self._missing = 0
 
     def pass_on(self, moment: TickSample | None) -> None:
@@ -37,41 +39,29 @@ class BridgedListener:
         if moment is None:
             self._missing += 1
             return
-        last, ticks = self._last, self._missing + 1
-        if last is not None and ticks <= BRIDGED_TICKS:
-            for tick in range(1, ticks):
-                self._listener(between(last, moment, tick / ticks))
+        t, values, ticks = moment.state.t, values_of(moment), self._missing + 1
+        if self._last is not None and ticks <= BRIDGED_TICKS:
+            for share in np.arange(1, ticks) / ticks:
+                now = between(self._last[0], t, share), between(self._last[1], values, share)
+                self._listener(with_values(moment, *now))
         self._listener(moment)
-        self._last, self._missing = copied(moment), 0
+        self._last, self._missing = (t, values), 0
 
 
-def between(last: TickSample, moment: TickSample, share: float) -> TickSample:
-    """Interpolate what was measured and requested linearly; all else is that of `moment`."""
+def between(a: Any, b: Any, share: float) -> Any:
+    """Interpolate two numbers or arrays linearly."""
+    return a + share * (b - a)
 
-    def mixed(a: Any, b: Any) -> Any:
-        return a + share * (b - a)
 
-    state = moment.state._replace(
-        t=mixed(last.state.t, moment.state.t),
-        q=mixed(last.state.q, moment.state.q),
-        current=mixed(last.state.current, moment.state.current),
-    )
-    return moment._replace(
-        state=state,
-        q=mixed(last.q, moment.q),
-        v=mixed(last.v, moment.v),
-        tau_measured=mixed(last.tau_measured, moment.tau_measured),
-        reference=Reference(*(mixed(a, b) for a, b in zip(last.reference, moment.reference, strict=True))),
+def values_of(moment: TickSample) -> np.ndarray:
+    """Copy what was measured and requested (8 * joint,): the next tick overwrites the arrays."""
+    return np.concatenate(
+        (moment.state.q, moment.state.current, moment.q, moment.v, moment.tau_measured, *moment.reference)
     )
 
 
-def copied(moment: TickSample) -> TickSample:
-    """Copy what `between` reads: the next tick overwrites the arrays."""
-    state = moment.state._replace(q=moment.state.q.copy(), current=moment.state.current.copy())
-    return moment._replace(
-        state=state,
-        q=moment.q.copy(),
-        v=moment.v.copy(),
-        tau_measured=moment.tau_measured.copy(),
-        reference=Reference(*(one.copy() for one in moment.reference)),
-    )
+def with_values(moment: TickSample, t: float, values: np.ndarray) -> TickSample:
+    """Return the tick with another time [s] and other values of `values_of`."""
+    q_measured, current, q, v, tau, *reference = values.reshape(8, -1)
+    state = moment.state._replace(t=t, q=q_measured, current=current)
+    return moment._replace(state=state, q=q, v=v, tau_measured=tau, reference=Reference(*reference))

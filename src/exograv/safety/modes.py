@@ -123,7 +123,7 @@ class ModeMachine:
             if self._since_s >= RAMP_IN_S:
                 self.take(Event.ARRIVED)
         elif self.mode is Mode.RAMP_OUT:
-            self.arm_share = self._share_at_start * (1.0 - self._since_s / RAMP_OUT_S)
+            self.arm_share = self._share_at_start * (1.0 - min(self._since_s / RAMP_OUT_S, 1.0))
             if self._since_s >= RAMP_OUT_S:
                 self.take(Event.ARRIVED)
 

@@ -88,7 +88,7 @@ class ArmModel:
         self._q_before = sample.q.copy()
         tau, derivative, slope = self._evaluate(motion, x)
         if not slope < SLOPE_MAX:
-            tau, derivative, slope = self._evaluate(motion, x)  # a second step costs a tenth of a cold start
+            tau, derivative, slope = self._evaluate(motion, x)  # a cold start takes seven
         if not slope < SLOPE_MAX:
             self._close(motion, x)
             tau, derivative, slope = self._evaluate(motion, x)
