@@ -45,6 +45,7 @@ def test_a_weight_typed_ten_times_too_high_stays_slow_and_comes_down(put_on, mon
     hold = motion.hold(pilot.q.copy(), 3.0, pilot.rig.period_s)
     with pytest.raises(RigError):  # native ticks call no `write`; the ticks of the descent have no listener
         pilot.run(controller, hold, "Floating", lambda _: hand.append(twin.hand_speed()))
+    print(f"{rig}, {'floating' if is_known else 'in identification'}: {max(hand):.2f} m/s")
     assert pilot.envelope.stop in STOPS
     assert max(hand) < HAND_MAX_M_S[is_known]
 
