@@ -64,9 +64,8 @@ def main() -> None:
     for part, noted in times.items():
         us = 1e-3 * np.array(noted or [0])
         p50, p99, p999 = np.percentile(us, [50.0, 99.0, 99.9])
-        print(
-            f"{part}: {len(noted)} calls; median {p50:.1f} µs, 99 % {p99:.1f}, 99.9 % {p999:.1f}, longest {us.max():.0f}"
-        )
+        times_us = f"median {p50:.1f} µs, 99 % {p99:.1f}, 99.9 % {p999:.1f}, longest {us.max():.0f}"
+        print(f"{part}: {len(noted)} calls; {times_us}")
 
 
 if __name__ == "__main__":
