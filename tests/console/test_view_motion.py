@@ -1,5 +1,6 @@
 """The page of a recording shows the recorded motion, and says who measured what is left over."""
 
+import gc
 import json
 import tracemalloc
 from dataclasses import asdict, replace
@@ -45,14 +46,22 @@ def test_a_long_recording_has_no_more_frames_than_a_page_can_take(
 def test_memory_of_a_motion_grows_by_at_most_eight_bytes_per_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(view_motion, "FRAMES_MAX", 50)
     monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 1000)
-    counts, peaks = (5_000, 20_000), list[int]()
+    counts = (5_000, 20_000)
     for ticks in counts:
-        write_long(tmp_path / "long.mcap", ticks)
-        tracemalloc.start()
-        motion_of(open_recording(tmp_path / "long.mcap"))
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    assert peaks[1] - peaks[0] < 8 * (counts[1] - counts[0])
+        write_long(tmp_path / f"{ticks}.mcap", ticks)
+    _peak_bytes(tmp_path / "20000.mcap")  # what the first use imports and keeps is not part of a motion
+    # Where shapes are checked, one pass in ten has a peak that is 0.8 MB lower: the largest of some passes is compared.
+    short, long = (max(_peak_bytes(tmp_path / f"{ticks}.mcap") for _ in range(4)) for ticks in counts)
+    assert long - short < 8 * (counts[1] - counts[0])
+
+
+def _peak_bytes(path: Path) -> int:
+    gc.collect()
+    tracemalloc.start()
+    motion_of(open_recording(path))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
 
 
 def test_a_motion_from_the_file_is_the_motion_from_memory(recording: Recording):
