@@ -73,9 +73,14 @@ class NativeTicks:
         return True
 
     @property
+    def is_ready(self) -> bool:
+        """True if the next tick may run in native code: its measurement was not read yet."""
+        return self._rig.is_unread
+
+    @property
     def may_run(self) -> bool:
-        """True if the next tick may run in native code: its measurement was not read yet, and no stop is in force."""
-        return self._rig.is_unread and self._guard.envelope.stop is None
+        """True if the next tick of a session may run in native code: it is ready, and no stop is in force."""
+        return self.is_ready and self._guard.envelope.stop is None
 
     def run(self, k: int, reference: Reference, acts: int, recording: RecordingWriter | None) -> JointState | None:
         """Run the tick of row `k` of the path; return the measurement, or None if the guard does not trust it.

@@ -163,7 +163,12 @@ class Guard:
             r[core.SPOKE], r[core.ANSWERS], r[core.VALID_UNTIL] = 1.0, submitted.sequence, submitted.valid_until
             record.answer_in[:] = submitted.tau
         record.tick.decide()
-        return Guarded(record.tau.copy(), self.envelope.drive_damping, SAFE_STATES[int(r[core.SAFE_STATE])])
+        return Guarded(record.tau.copy(), self.envelope.drive_damping, self.safe_state)
+
+    @property
+    def safe_state(self) -> SafeState:
+        """Safe state of the last tick."""
+        return SAFE_STATES[int(self._record.numbers[core.SAFE_STATE])]
 
     def lose_model(self) -> None:
         """Start a soft descent because control's model no longer fits the machine.

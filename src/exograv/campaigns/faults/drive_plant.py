@@ -14,6 +14,7 @@ from jaxtyping import Float
 from exograv.errors import RigError
 from exograv.options import Bus
 from exograv.procedures.bring_up.simulated_drives_file import written
+from exograv.rig import Rig
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.safety.guard import COMMAND_LIFE_S
@@ -63,6 +64,14 @@ class DrivePlant:
     def period_s(self) -> float:
         """Period of the loop [s]."""
         return self._rig.period_s
+
+    @property
+    def rig(self) -> Rig | None:
+        """None: every tick crosses the bus."""
+        return None
+
+    def begin(self) -> None:
+        """Do nothing: the process of the drives looks and moves the wearer at every step."""
 
     def read(self) -> JointState:
         """Query the drives, which advances them by one period."""

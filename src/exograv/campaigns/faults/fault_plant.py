@@ -1,7 +1,7 @@
 """Plant of a fault scenario: a machine to read and command, faults in it, and its truth for the examiner."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -17,6 +17,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits import limits_of_table
 from exograv.loop.plausible_table import TableMaker
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.rig import Rig
 from exograv.rig.twin import Truth, Twin
 from exograv.safety.limits import Limits, PersonLimits
 from exograv.signals import Command, JointState
@@ -139,8 +140,17 @@ class FaultPlant(World, Protocol):
         """Time between two measurements [s]."""
         ...
 
+    @property
+    def rig(self) -> Rig | None:
+        """Machine whose ticks may run in native code; None behind a driver."""
+        ...
+
+    def begin(self) -> None:
+        """Begin a tick: the examiner looks at the true state, and the wearer moves."""
+        ...
+
     def read(self) -> JointState:
-        """Begin a tick and return its measurement."""
+        """Return the measurement of the tick."""
         ...
 
     def write(self, command: Command) -> None:
@@ -168,38 +178,47 @@ class SwayingWearer:
         self.twin, self._moves, self._hz = twin, start.moves, start.hz
         self._own = np.zeros_like(twin.tau_voluntary)
         self._held_at, self._steps = twin.truth.q_arm.copy(), 0
+        self._is_still = not start.moves.any()
+        self._poles = poles_of(twin.truth)
 
     def look(self) -> TruthSample:
         """Return the twin's true state at this moment."""
-        seen = self.twin.truth
-        return TruthSample(seen.q, seen.v, self.twin.hand_speed(), bool((self.twin.drive_damping() > 0.0).all()))
+        q, v = self.twin.motion()
+        return TruthSample(q, v, self.twin.hand_speed(), min(self.twin.drive_damping().tolist()) > 0.0)
 
     def sway(self) -> None:
         """Set the muscle torque for the next step of the twin."""
-        if self._moves.any():
-            seen, phase = self.twin.truth, 2.0 * np.pi * self._hz * self.twin.period_s * self._steps
-            own = (
-                self._moves * np.sin(phase) - SWAY_STIFFNESS * (seen.q_arm - self._held_at) - SWAY_DAMPING * seen.v_arm
-            )
-            own *= near_pole_share(seen)
+        if not self._is_still:
+            q_arm, v_arm = self.twin.arm_motion()
+            phase = 2.0 * np.pi * self._hz * self.twin.period_s * self._steps
+            own = self._moves * np.sin(phase) - SWAY_STIFFNESS * (q_arm - self._held_at) - SWAY_DAMPING * v_arm
+            weaken_near_poles(own, q_arm, self._poles)
             self.twin.tau_voluntary += own - self._own
             self._own = own
         self._steps += 1
 
 
-def near_pole_share(truth: Truth) -> Float[np.ndarray, " arm"]:
-    """Share of the muscle torque at each freedom of the arms [-]: 1, and less for flexion and rotation near their pole.
+def poles_of(truth: Truth) -> tuple[int, ...]:
+    """Return the place of the first freedom, flexion, of each arm whose shoulder has a pole."""
+    poles, first = list[int](), 0
+    for arm in truth.wearer.arms if truth.wearer else ():
+        if arm.skeleton.is_usual:
+            poles.append(first)
+        first += len(arm.skeleton.freedoms)
+    return tuple(poles)
+
+
+def weaken_near_poles(tau: Float[np.ndarray, " arm"], q_arm: Float[np.ndarray, " arm"], poles: Sequence[int]) -> None:
+    """Reduce the muscle torque of flexion and rotation [N·m] near the poles of the shoulders' angles.
 
     Near 90° of abduction both angles turn against each other without moving the arm, so a muscle cannot resist it. The
     damping of `SWAY_DAMPING`, held for a tick, would drive that motion instead of braking it.
     """
-    share, first = np.ones(len(truth.q_arm)), 0
-    for arm in truth.wearer.arms if truth.wearer else ():
-        if arm.skeleton.is_usual:
-            cosine = abs(np.cos(truth.q_arm[first + 1]))
-            share[[first, first + 2]] = min(1.0, (cosine / POLE_COSINE) ** 2)
-        first += len(arm.skeleton.freedoms)
-    return share
+    for first in poles:
+        cosine = abs(np.cos(q_arm[first + 1]))
+        share = min(1.0, (cosine / POLE_COSINE) ** 2)
+        tau[first] *= share
+        tau[first + 2] *= share
 
 
 def twin_of(laboratory: VirtualLaboratory, start: FlightStart, t0: float) -> Twin:
@@ -210,9 +229,11 @@ def twin_of(laboratory: VirtualLaboratory, start: FlightStart, t0: float) -> Twi
 class TwinPlant:
     """Fault plant made of the twin itself, in this process."""
 
-    def __init__(self, participant: FaultParticipant, start: FlightStart):
+    def __init__(self, participant: FaultParticipant, start: FlightStart, *, keeps_truth: bool = True):
+        """Put the wearer into the machine. Without `keeps_truth` there are no sights, and a tick is cheaper."""
         self._twin = twin_of(participant.laboratory, start, participant.prepared.t)
         self._person, self._sights = SwayingWearer(self._twin, start), list[TruthSample]()
+        self._keeps_truth = keeps_truth
 
     @property
     def t(self) -> float:
@@ -224,10 +245,19 @@ class TwinPlant:
         """Time between two measurements [s]."""
         return self._twin.period_s
 
-    def read(self) -> JointState:
-        """Begin a tick and return its measurement."""
-        self._sights.append(self._person.look())
+    @property
+    def rig(self) -> Rig | None:
+        """The twin."""
+        return self._twin
+
+    def begin(self) -> None:
+        """Begin a tick."""
+        if self._keeps_truth:
+            self._sights.append(self._person.look())
         self._person.sway()
+
+    def read(self) -> JointState:
+        """Return the measurement of the tick."""
         return self._twin.read()
 
     def write(self, command: Command) -> None:
@@ -303,7 +333,11 @@ class TwinPlants:
     bus: str | None = None
     period_ms = 1
 
+    def __init__(self, *, keeps_truth: bool = True):
+        """Without `keeps_truth` the plants have no sights, and a tick is cheaper."""
+        self._keeps_truth = keeps_truth
+
     @contextlib.contextmanager
     def stand(self, participant: FaultParticipant, start: FlightStart) -> Iterator[FaultPlant]:
         """Build a new twin for one flight, for use in a `with` block."""
-        yield TwinPlant(participant, start)
+        yield TwinPlant(participant, start, keeps_truth=self._keeps_truth)

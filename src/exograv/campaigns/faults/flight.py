@@ -10,7 +10,9 @@ from jaxtyping import Float
 
 from exograv.loop.control_step import NO_MEASUREMENT, ControlStep, Decision
 from exograv.loop.drift_monitor import DriftMonitor
+from exograv.loop.native_ticks import NativeTicks
 from exograv.loop.output_feedback import OutputFeedback
+from exograv.motion import Trajectory
 from exograv.rig.twin import TwinDivergedError
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
@@ -53,12 +55,20 @@ class FaultFlight:
         gain = prepared.machine.actuators.gain
         self._guard = Guard.of_machine(self._envelope, period_s, gain.tolist())
         self._step, feedback = ControlStep(self._guard, gain), OutputFeedback(len(posture), period_s, self._controller)
-        self._control = _FaultyControl(feedback, self._envelope)
+        self._feedback, self._control = feedback, _FaultyControl(feedback, self._envelope)
+        self._native = None if stand.rig is None else NativeTicks.of(stand.rig, self._guard, gain)
+        self.is_native = False
+        """True if ticks run in native code; the first ones never do, and those of a fault that changes signals."""
         self._gain = gain
         self._drift = DriftMonitor(self._controller, prepared.covariance, period_s, participant.model)
         self._oracle = EnvelopeOracle(participant.limits, participant.person, period_s)
-        self._faults, still = faults, np.zeros(len(posture))
-        self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still, still)
+        self._faults, still = faults, np.zeros((1, len(posture)))
+        self._path = Trajectory(posture[None].copy(), still, still, period_s)
+        self._reference = Reference(posture, still[0], still[0])
+        # After the guard's death the last command is sent again, and native ticks do not keep it.
+        ends = (0 if fault.ends_guard else fault.onset for fault in faults if fault.changes_signals or fault.ends_guard)
+        self._native_ticks = min(ends, default=None)
+        self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still[0], still[0])
         for fault in faults:
             fault.begin(stand)
         onset = min((fault.onset for fault in faults), default=None)
@@ -110,8 +120,12 @@ class FaultFlight:
         self.watch.forget()
 
     def _tick(self, tick: int) -> None:
-        state = self._stand.read()
+        stand, native = self._stand, self._native
+        stand.begin()
         active = [fault for fault in self._faults if tick >= fault.onset]
+        if not self._may_be_native(tick):
+            native = None
+            stand.read()  # before the faults act
         for fault in active:
             fault.act(self._stand, self._controller, tick)
             if isinstance(fault, StopPressed):
@@ -120,8 +134,30 @@ class FaultFlight:
         if any(fault.ends_guard for fault in active):
             self.watch.commanded(tick, self._last.tau, SafeState.NONE, None)
             self._stand.go_on(self._last)
+        elif native is not None and native.is_ready:
+            self._natively(tick, native)
         else:
-            self._guarded(tick, active, state)
+            self._guarded(tick, active, self._stand.read())
+
+    def _may_be_native(self, tick: int) -> bool:
+        """Return True if no fault changes a signal yet, and the observer has started."""
+        if self._native is None or (self._native_ticks is not None and tick >= self._native_ticks):
+            return False
+        if not self.is_native:
+            self.is_native = self._native.begin(self._feedback, self._controller, self._path)
+        return self.is_native
+
+    def _natively(self, tick: int, native: NativeTicks) -> None:
+        """Run a tick in which no fault changes a signal, as `_guarded` does."""
+        envelope = self._envelope
+        believed = native.run(0, self._reference, 0, None)
+        self._step.check_model(self._controller.closure_slope)
+        self._look_for_drift(tick, believed)
+        stop = envelope.stop
+        isolated = frozenset() if stop is None else envelope.isolated
+        tau = native.tau_commanded.copy()
+        self._oracle.note(tau, believed and believed.q, isolated, self._person.gravity_level)
+        self.watch.commanded(tick, tau, self._guard.safe_state, stop)
 
     def _guarded(self, tick: int, active: Sequence[Injector], state: JointState) -> None:
         now, sequence = self._stand.t, state.sequence
@@ -130,7 +166,7 @@ class FaultFlight:
         control = self._control
         control.faults, control.tick = active, tick
         decision = self._step.take(state, now, control)
-        self._look_for_drift(tick, decision)
+        self._look_for_drift(tick, decision.believed)
         self._note(tick, decision, control.isolated)
         command = decision.command._replace(sequence=sequence)
         for fault in active:
@@ -138,9 +174,8 @@ class FaultFlight:
         self._last = command
         self._stand.write(command)
 
-    def _look_for_drift(self, tick: int, decision: Decision) -> None:
+    def _look_for_drift(self, tick: int, believed: JointState | None) -> None:
         """Let the arm down from the next tick on if the drift monitor says so, as a pilot does."""
-        believed = decision.believed
         if believed is None or self._envelope.stop is not None:
             return
         finding = self._drift.take(believed.q, self._gain * believed.current)

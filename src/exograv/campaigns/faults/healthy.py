@@ -8,9 +8,7 @@ from exograv.model.support import sample_postures
 
 from .fault_plant import FaultParticipant, FlightStart, PlantSource, TwinPlants
 from .flight import KEPT_TICKS, SEGMENT_TICKS, FaultFlight
-from .native_healthy import NativeHealthyFlight
 from .scenario import MOVES_NM, POSTURES, THE_TWIN, Scenario, ScenarioVerdict
-from .scenario_log import ScenarioLog
 
 Kind = Literal["quiet", "lively", "tremor"]
 KINDS: tuple[Kind, ...] = ("quiet", "lively", "tremor")
@@ -20,6 +18,8 @@ CYCLE, SHORT_MIN, LONG_MIN = 21, 3, 60
 of the guard need the long flights."""
 
 CYCLE_H = ((CYCLE - 1) * SHORT_MIN + LONG_MIN) / 60.0
+
+WITHOUT_TRUTH = TwinPlants(keeps_truth=False)
 
 TREMOR_HZ, TREMOR_NM = 5.0, 6.0
 """Frequency and largest amplitude of a tremor at one joint [Hz, N·m]."""
@@ -51,16 +51,17 @@ def rate_bound_per_hour(trips: int, hours: float) -> float:
 
 
 def fly_healthy(participant: FaultParticipant, scenario: Scenario, ground: PlantSource = THE_TWIN) -> ScenarioVerdict:
-    """Fly without a fault, up to the first stop or to the end.
-
-    On the twin the ticks run in native code; a flight with a finding is flown again as in a campaign of faults.
-    """
+    """Fly without a fault, up to the first stop or to the end."""
     use, start = start_of(participant, scenario)
     ticks = 60_000 * use.minutes // ground.period_ms
-    is_native = isinstance(ground, TwinPlants)
-    course = NativeHealthyFlight(participant, start).fly(ticks) if is_native else None
-    if course is None or course.ticks < ticks or course.violated_ticks or course.stopped_tick is not None:
-        course = _judged(participant, start, ticks, ground)
+    if isinstance(ground, TwinPlants):
+        ground = WITHOUT_TRUTH
+    with ground.stand(participant, start) as stand:
+        flight = FaultFlight(participant, stand, start.posture, ())
+        course = flight.watch.course
+        while course.ticks < ticks and course.stopped_tick is None and course.crashed is None:
+            flight.fly_segment(min(SEGMENT_TICKS, ticks - course.ticks), KEPT_TICKS)
+            stand.forget()
     quiet_s, is_stopped = 1e-3 * course.period_ms * course.ticks, course.stopped_tick is not None
     return ScenarioVerdict(scenario, course, is_stopped, {}, (), quiet_s, use.kind == "quiet")
 
@@ -78,14 +79,3 @@ def start_of(participant: FaultParticipant, scenario: Scenario) -> tuple[Healthy
         trembling = np.where(np.arange(joints) == generator.integers(joints), TREMOR_NM, 0.0)
         start = start._replace(moves=trembling, hz=TREMOR_HZ)
     return use, start
-
-
-def _judged(participant: FaultParticipant, start: FlightStart, ticks: int, ground: PlantSource) -> ScenarioLog:
-    """Fly as in a campaign of faults."""
-    with ground.stand(participant, start) as stand:
-        flight = FaultFlight(participant, stand, start.posture, ())
-        course = flight.watch.course
-        while course.ticks < ticks and course.stopped_tick is None and course.crashed is None:
-            flight.fly_segment(min(SEGMENT_TICKS, ticks - course.ticks), KEPT_TICKS)
-            stand.forget()
-    return course

@@ -45,6 +45,13 @@ class Injector:
     unbalanced: float = field(init=False, default=0.0)
     """Largest share of the arm's weight that the fault leaves without support, or adds to it [-]."""
 
+    @property
+    def changes_signals(self) -> bool:
+        """True if the fault changes what is measured, answered, or commanded, and not only the world or control."""
+        return any(
+            getattr(type(self), name) is not getattr(Injector, name) for name in ("measured", "answered", "commanded")
+        )
+
     def __post_init__(self):
         self.joint = int(self.generator.integers(self.joints))
         self.draw()
