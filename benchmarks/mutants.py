@@ -124,6 +124,8 @@ def hunt(options: argparse.Namespace) -> None:
         sys.exit(
             "\n".join([f"{EQUIVALENT.name} has changes that are no mutants, or of another number of places:", *wrong])
         )
+    if options.at:
+        found = [one for one in found if any(f"{one.name} ".startswith(place) for place in options.at)]
     if options.sample:
         found = random.Random(options.seed).sample(found, min(options.sample, len(found)))
     tried = [one for one in found if options.equivalent or one not in equivalent]
@@ -164,6 +166,7 @@ def main() -> None:
     parser.add_argument("--sample", type=int, default=0, help="number of mutants, drawn at random; 0 for all")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="part of the name of a file")
+    parser.add_argument("--at", nargs="*", default=[], help="beginnings of names, as `core.py:671:25 `; all if absent")
     parser.add_argument("--log", type=Path, default=Path(tempfile.gettempdir()) / "exograv_mutants.jsonl")
     parser.add_argument("--workers", type=int, default=1, help="number of mutants at a time")
     parser.add_argument("--equivalent", action="store_true", help="also try the mutants listed as equivalent")

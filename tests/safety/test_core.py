@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from exograv.safety.limits import PersonLimits
+from exograv.safety.monitors import set_monitors
 from exograv.safety.native import core
 from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.record import GuardRecord
 from exograv.safety.stops import StopReason
 
 from .random_machines import draw_history, draw_machines, first_guard, first_step
@@ -108,3 +110,94 @@ def test_two_implementations_agree_how_long_signals_keep_their_bits_and_how_like
             ):
                 np.testing.assert_allclose(record.of(place), value, rtol=1e-9, err_msg=str((k, b)))
     assert {StopReason.MACHINE_SILENT, StopReason.ENCODER_DEAD} <= {guard.envelope.stop for guard in guards}
+
+
+def test_a_ramp_whose_last_step_is_whole_ends_with_that_step():
+    r = GuardRecord(1, 1e-3, library=None).numbers
+    r[core.WORN], r[core.LEVEL], r[core.LEVEL_WANTED] = 1.0, 0.0, 1.0
+    r[core.LEVEL_STEP], r[core.LEVEL_MOVES] = 0.25, 1.0
+    levels = []
+    while r[core.LEVEL_MOVES] != 0.0:
+        core.approach_level(r)
+        levels.append(r[core.LEVEL])
+    assert levels == [0.25, 0.5, 0.75, 1.0]
+
+
+@pytest.mark.parametrize(("flag", "reason"), [(core.FAULTY, core.DRIVE_FAULT), (core.PARTED, core.ENCODERS_PART)])
+def test_a_joint_whose_drive_or_encoder_fails_is_isolated_alone_and_the_others_keep_the_model(flag: int, reason: int):
+    for joint in range(3):
+        record = GuardRecord(3, 1e-3, library=None)
+        record.numbers[flag + joint] = 1.0
+        core.act_on_comparison(record.numbers)
+        assert record.numbers[core.STOP] == reason
+        assert record.numbers[core.WITHOUT_MODEL] == 0.0
+        assert record.joints_at(core.ISOLATED) == {joint}
+
+
+def test_the_average_torque_error_counts_whole_up_to_half_of_its_limit_and_above_it_beyond_the_last_commands():
+    half = 0.5 * core.TORQUE_BIAS_NM
+    for share, is_whole in ((0.3, True), (0.7, True), (1.0, True), (1.01, False), (1.2, False)):
+        record = GuardRecord(1, 1e-3, library=None)
+        set_monitors(record, [1.0], True)
+        r, off = record.numbers, share * half
+        for k in range(200):  # the command steps up and down within 30 ms, so that it explains the measured torque
+            told = 0.0 if k % 20 < 10 else -off
+            r[core.TAU] = told
+            core.tell(r)
+            r[core.CURRENT_IN], r[core.BY_GAIN] = told + off, 1.0
+            if k == 150:
+                r[core.BIAS] = 0.0
+                core.compare_torques(r)
+                assert r[core.BIAS] == pytest.approx(r[core.BIAS_SHARE] * off if is_whole else 0.0), share
+
+
+def kept_ticks(q: list[float], motor: list[float] | None, currents: list[float]) -> float:
+    """Run of ticks in which one joint keeps all bits."""
+    r = GuardRecord(1, 1e-3, library=None).numbers
+    for k in range(len(q)):
+        r[core.Q_IN], r[core.CURRENT_IN], r[core.IN_CURRENT] = q[k], currents[k], 1.0
+        r[core.HAS_MOTOR], r[core.Q_MOTOR_IN] = (0.0, k) if motor is None else (1.0, motor[k])
+        core.keep(r, 0)
+    return r[core.KEPT_TICKS]
+
+
+def test_a_signal_that_changes_ends_the_run_of_equal_bits_and_a_missing_or_broken_motor_encoder_does_not():
+    still, moves = [0.5] * 9, [0.1 * k for k in range(9)]
+    assert kept_ticks(still, still, still) == kept_ticks(still, None, still) == 8.0
+    assert kept_ticks(still, [math.nan] * 9, still) == 8.0
+    assert kept_ticks(moves, still, still) == kept_ticks(still, moves, still) == kept_ticks(still, still, moves) == 0.0
+
+
+def test_an_image_whose_chance_is_just_at_the_limit_is_not_frozen():
+    for chance, is_frozen in ((core.UNLIKELY, False), (0.99 * core.UNLIKELY, True)):
+        r = GuardRecord(1, 1e-3, library=None).numbers
+        r[core.FROZEN_MOST], r[core.KEPT_TICKS], r[core.KEPT_CHANCE] = 20.0, 50.0, chance
+        assert core.is_frozen(r) == is_frozen
+
+
+def test_each_check_of_the_largest_machine_writes_its_own_fields_only():
+    """A wrong place of a joint's number shows where no place is free: with the largest number of joints."""
+    own = {
+        core.compare: (
+            core.FAULTY, core.PARTED, core.WRONG, core.FIRST, core.PARTED_TICKS, core.STILL, core.LAST,
+            core.MOTOR_THEN, core.OFF_TICKS, core.BIAS, *range(core.BEFORE, core.SIZE, core.JOINTS),
+        ),
+        core.is_frozen: (
+            core.KEPT_TICKS, core.KEPT_SHARE, core.KEPT_CHANCE, core.KEPT_SEEN, core.TURNS, core.Q_KEPT,
+            core.MOTOR_KEPT, core.TORQUE_KEPT, core.CHANGE_BEFORE,
+        ),
+        core.filter_speeds: (core.V_FILTER, core.Q_FILTER, core.Q_SEEN, core.V_SEEN),
+        core.act_on_comparison: (core.ISOLATED, core.POWERLESS, core.TAU_AT_STOP, core.PUSH_AT_STOP),
+    }  # fmt: skip
+    rng = np.random.default_rng(0)
+    for check, fields in own.items():
+        record = GuardRecord(core.JOINTS, 1e-3, library=None)
+        set_monitors(record, [1.0] * core.JOINTS, True)
+        record.numbers[core.HAS_MOTOR], record.numbers[core.TOLD_COUNT] = 1.0, record.numbers[core.SLOWEST]
+        record.view[core.TORQUE_MAX : core.USED] = rng.uniform(0.5, 1.5, core.USED - core.TORQUE_MAX)
+        before = record.view[core.TORQUE_MAX :].copy()
+        check(record.numbers)
+        changed = {core.TORQUE_MAX + k for k in np.flatnonzero(record.view[core.TORQUE_MAX :] != before)}
+        assert changed, check.__name__
+        foreign = changed - {place + j for place in fields for j in range(core.JOINTS)}
+        assert not foreign, (check.__name__, sorted((place - core.TORQUE_MAX) // core.JOINTS for place in foreign))

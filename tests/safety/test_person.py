@@ -454,3 +454,13 @@ def test_braking_fades_before_a_joint_turns_back():
         return float(envelope.record.of(core.CARRIED)[0] - tau[0])
 
     assert torque_after_rebound(2.0) < 0.8 * torque_after_rebound(math.inf)
+
+
+def test_a_level_that_is_set_is_there_at_once_and_no_ramp_goes_on():
+    nothing = np.zeros((1, 3))
+    table = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), *[np.zeros(1)] * 3)
+    person = GuardedPerson(PersonLimits(table, np.ones(1), np.full(1, -3.0), np.full(1, 3.0)), 1.0)
+    r = person._record.numbers
+    r[core.LEVEL_WANTED], r[core.LEVEL_STEP], r[core.LEVEL_MOVES] = 0.0, 0.01, 1.0
+    person.gravity_level = 0.4
+    assert (r[core.LEVEL], r[core.LEVEL_WANTED], r[core.LEVEL_MOVES]) == (0.4, 0.4, 0.0)

@@ -74,6 +74,24 @@ def test_features_are_the_products_with_at_most_so_many_factors(joints: int, fac
     np.testing.assert_allclose(np.sort(features.of(q)[features.kept]), np.sort(products), atol=1e-12)
 
 
+@pytest.mark.parametrize(("joints", "factors"), [(1, 1), (3, 2), (4, 4)])
+def test_slopes_are_the_derivatives_of_the_products_by_one_angle(joints: int, factors: int):
+    features, step = Features(joints, factors), 1e-5
+    q = np.random.default_rng(joints).uniform(-3.0, 3.0, joints)
+
+    def products_at(q: np.ndarray) -> np.ndarray:
+        return features.of(q)[features.kept].copy()
+
+    for j in range(joints):
+        there = step * (np.arange(joints) == j)
+        differences = (products_at(q + there) - products_at(q - there)) / (2.0 * step)
+        places, slopes = features.slopes(j, products_at(q)[None])
+        expected = np.zeros(features.count)
+        expected[places] = slopes[0]
+        np.testing.assert_allclose(expected, differences, atol=1e-8)
+        assert np.count_nonzero(differences) == len(places)
+
+
 def sum_of(numbers: np.ndarray, features: Features, q: np.ndarray) -> float:
     """Sum of products at a posture [rad]."""
     return float(numbers @ features.of(q)[features.kept])
