@@ -134,7 +134,7 @@ def test_a_joint_whose_drive_or_encoder_fails_is_isolated_alone_and_the_others_k
         assert record.joints_at(core.ISOLATED) == {joint}
 
 
-def test_the_average_torque_error_counts_whole_up_to_half_of_its_limit_and_above_it_beyond_the_last_commands():
+def test_the_average_torque_error_is_whole_up_to_half_of_its_limit_and_then_beyond_the_last_commands():
     half = 0.5 * core.TORQUE_BIAS_NM
     for share, is_whole in ((0.3, True), (0.7, True), (1.0, True), (1.01, False), (1.2, False)):
         record = GuardRecord(1, 1e-3, library=None)

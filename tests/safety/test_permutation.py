@@ -32,7 +32,7 @@ EVENTS = {
     "asked too much": None,
     "runs away": StopReason.TOO_FAST,
 }
-"""What happens to one joint, and the stop that it causes."""
+"""Event at one joint, and the stop that it causes."""
 
 FROZEN = {"stuck": ("q",), "stuck while moving": ("q",), "image frozen": ("q", "q_motor")}
 """Signals of the joint that keep their value."""
@@ -47,7 +47,7 @@ CHANGES: dict[str, dict[str, Callable[[np.ndarray], np.ndarray | float]]] = {
     "asked too much": {"asked": lambda _: 80.0},
     "runs away": {"q": lambda k: 2e-5 * k**2, "q_motor": lambda k: 2e-5 * k**2},
 }
-"""What is added to signals of the joint, by the number of ticks since the event."""
+"""Sum added to signals of the joint, by the number of ticks since the event."""
 
 FIELDS = range(core.TORQUE_MAX, core.TORQUE_MAX + 72 * core.JOINTS, core.JOINTS)
 RINGS = range(core.USED, core.SIZE, core.JOINTS)

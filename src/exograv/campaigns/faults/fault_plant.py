@@ -334,7 +334,7 @@ class TwinPlants:
     period_ms = 1
 
     def __init__(self, *, keeps_truth: bool = True):
-        """Without `keeps_truth` the plants have no sights, and a tick is cheaper."""
+        """Make plants; without `keeps_truth` they have no sights, and a tick is cheaper."""
         self._keeps_truth = keeps_truth
 
     @contextlib.contextmanager
