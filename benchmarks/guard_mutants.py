@@ -1,4 +1,4 @@
-"""Mutants of the guard, each a module of safety/ with one thing wrong, and the table of those that no test can find."""
+"""Mutants of a room, each a module with one thing wrong, and the table of those that no test can find."""
 
 import ast
 import copy
@@ -13,13 +13,56 @@ from pathlib import Path
 from wrong_lines import UNTOUCHED, changes, visited
 
 ROOT = Path(__file__).parents[1]
-ROOM, TESTS = ROOT / "src" / "exograv" / "safety", ROOT / "tests" / "safety"
+SOURCE = ROOT / "src" / "exograv"
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
 
 
 def digest(*texts: str) -> str:
     """Return a short hash of some texts."""
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Room:
+    """Modules that are made wrong, and the tests that must notice it."""
+
+    modules: tuple[Path, ...]
+    folders: tuple[Path, ...]
+    """Folders of the tests."""
+    passed_over: tuple[str, ...] = ()
+    """Test modules that do not run."""
+    starts_processes: bool = False
+    """True if tests start interpreters, in which the module has to be wrong, too."""
+
+    @property
+    def tests(self) -> list[Path]:
+        """Modules of the tests, sorted."""
+        found = [file for folder in self.folders for file in sorted(folder.glob("test_*.py"))]
+        return [file for file in found if file.name not in self.passed_over]
+
+    @property
+    def files(self) -> list[Path]:
+        """Modules of the tests with their helpers, sorted."""
+        return [file for folder in self.folders for file in sorted(folder.glob("*.py"))]
+
+
+def _room_of_runtime() -> Room:
+    names, tests = ("control_loop", "processes"), ROOT / "tests" / "runtime"
+    modules = [file for name in names for file in sorted((SOURCE / "runtime" / name).glob("*.py"))]
+    return Room(tuple(modules), tuple(tests / name for name in names), starts_processes=True)
+
+
+ROOMS = {
+    # The other files in `native/` run before a session. The comparison with the compiled guard would find every changed
+    # constant, and prove nothing.
+    "safety": Room(
+        (*sorted((SOURCE / "safety").glob("*.py")), SOURCE / "safety" / "native" / "core.py"),
+        (ROOT / "tests" / "safety",),
+        ("test_native.py",),
+    ),
+    "runtime": _room_of_runtime(),
+}
+"""Guard; and its process's mailboxes, lines and commands."""
 
 
 @dataclass(frozen=True)
@@ -66,19 +109,15 @@ def _statements(source: str) -> list[tuple[int, list[str], ast.stmt]]:
     return found
 
 
-def modules() -> list[Path]:
-    """List the files of the guard. The others in `native/` run before a session."""
-    return [*sorted(ROOM.glob("*.py")), ROOM / "native" / "core.py"]
-
-
 def name_of(path: Path) -> str:
     """Return the name by which a module is imported."""
-    return ".".join(["exograv.safety", *path.relative_to(ROOM).with_suffix("").parts])
+    parts = path.relative_to(SOURCE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def mutants() -> Iterator[Mutant]:
+def mutants(room: Room) -> Iterator[Mutant]:
     """Yield the mutants of the whole room."""
-    for path in modules():
+    for path in room.modules:
         source = path.read_text(encoding="utf-8")
         tree = ast.parse(source)
         functions = dict(_functions(tree, "", ""))
@@ -118,7 +157,7 @@ class Equivalent:
 
 
 def equivalents() -> list[Equivalent]:
-    """Read the table of equivalent mutants."""
+    """Read the table of equivalent mutants of all rooms."""
     table = tomllib.loads(EQUIVALENT.read_text(encoding="utf-8"))
     rows = [{**row, "becomes": tuple(row["becomes"])} for row in table.get("equivalent", [])]
     return [Equivalent(**row) for row in rows]

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from guard_mutants import TESTS, digest
+from guard_mutants import Room, digest
 from mutant_runs import Result
 
 
@@ -41,9 +41,8 @@ def digests_of(files: list[Path]) -> dict[str, str]:
 class Log:
     """Results of earlier runs."""
 
-    def __init__(self, path: Path):
-        self.path, self.known = path, dict[str, dict]()
-        files = sorted(TESTS.glob("*.py"))
+    def __init__(self, path: Path, room: Room):
+        self.path, self.known, files = path, dict[str, dict](), room.files
         self.tests = digest_of(*files)
         self.digests = digests_of(files)
         """Hash of each test, as it was at the begin."""

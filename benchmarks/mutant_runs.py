@@ -1,6 +1,8 @@
-"""Runs of the guard's tests on a mutant, each in a forked process; tests that kill often and quickly run first."""
+"""Runs of a room's tests on a mutant, each in a forked process; tests that kill often and quickly run first."""
 
 import ast
+import contextlib
+import ctypes
 import gc
 import importlib.abc
 import importlib.machinery
@@ -8,10 +10,11 @@ import importlib.util
 import json
 import os
 import resource
+import signal
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
@@ -26,7 +29,7 @@ import pytest
 
 import exograv.errors
 import exograv.signals  # noqa: F401 - no module of the room
-from guard_mutants import ROOM, ROOT, TESTS, Mutant, name_of
+from guard_mutants import ROOT, SOURCE, Mutant, Room, name_of
 
 ALONE, FIGURES = "test_modes.py", "test_figures.py"
 FORGET, PRIOR_KILLS = 0.9, 0.05
@@ -34,6 +37,11 @@ FORGET, PRIOR_KILLS = 0.9, 0.05
 
 NOT_FOUND = 77
 """Exit code of a run that has found no function to change; such a mutant is imported."""
+
+HANGS_TIMES, SUBREAPER = 10, 36
+"""Time of a mutant by the clock, as a multiple of its processor time; option of `prctl` by which orphans come here."""
+
+SITE = Path(__file__).with_name("mutant_site")
 
 Place = tuple[str, int]
 """Qualified name of a function, and its first line."""
@@ -49,7 +57,7 @@ class Instead(importlib.abc.MetaPathFinder):
         """Return the specification of a module that is replaced, else None."""
         if name not in self.trees:
             return None
-        file = str(ROOM.joinpath(*name.split(".")[2:]).with_suffix(".py"))
+        file = str(SOURCE.parent.joinpath(*name.split(".")).with_suffix(".py"))
         return importlib.util.spec_from_loader(name, Loader(name, file, self.trees[name]), origin=file)
 
 
@@ -141,6 +149,8 @@ class Child:
             code = 1
             try:
                 resource.setrlimit(resource.RLIMIT_CPU, (round(limit_s), round(limit_s)))
+                if limit_s < 1e4:
+                    signal.setitimer(signal.ITIMER_REAL, HANGS_TIMES * limit_s)
                 code, *noted = run()
                 json.dump(noted, self.file)
                 self.file.flush()
@@ -162,6 +172,7 @@ def side_by_side(
     jobs: list[Any], run: Callable[[Any], Result], workers: int, limit_s: float
 ) -> Iterator[tuple[Any, Result]]:
     """Run jobs in processes of their own, some at a time, and yield each with its result."""
+    ctypes.CDLL(None).prctl(SUBREAPER, 1, 0, 0, 0)
     waiting, at_work = list(reversed(jobs)), dict[int, tuple[Any, Child]]()
     while waiting or at_work:
         while waiting and len(at_work) < workers:
@@ -171,12 +182,25 @@ def side_by_side(
         pid, status = os.wait()
         if pid in at_work:
             job, child = at_work.pop(pid)
+            _end_orphans(at_work)
             yield job, child.result(status)
 
 
-def test_files() -> list[Path]:
-    """List the tests. The comparison with the compiled guard would find every changed constant, and prove nothing."""
-    return sorted(file for file in TESTS.glob("test_*.py") if file.name != "test_native.py")
+def _end_orphans(at_work: Container[int]) -> None:
+    """Kill processes that a run has left behind."""
+    me = os.getpid()
+    for pid in Path(f"/proc/{me}/task/{me}/children").read_text(encoding="utf-8").split():
+        if int(pid) not in at_work:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(int(pid), signal.SIGKILL)
+
+
+def be_wrong_elsewhere(mutant: Mutant) -> None:
+    """Let each interpreter that this process starts from now on import the mutant."""
+    with tempfile.NamedTemporaryFile("w", suffix=".py", delete=False, encoding="utf-8") as file:
+        file.write(ast.unparse(mutant.tree()))
+    os.environ["EXOGRAV_MUTANT"] = "\n".join((name_of(mutant.path), str(mutant.path), file.name))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(SITE), os.environ.get("PYTHONPATH"))))
 
 
 def be_quiet() -> None:
@@ -187,19 +211,19 @@ def be_quiet() -> None:
         os.dup2(quiet, 2)
 
 
-def run_pytest(*plugins: object) -> int:
+def run_pytest(room: Room, *plugins: object) -> int:
     """Run the tests in this process and return pytest's exit code."""
     options = ["-x", "-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain"]
     options += ["--hypothesis-profile=mutants", "-o", "addopts=--import-mode=importlib", "--rootdir", str(ROOT)]
-    return int(pytest.main([*options, *map(str, test_files())], [*plugins]))
+    return int(pytest.main([*options, *map(str, room.tests)], [*plugins]))
 
 
-def run_imported(trees: dict[str, ast.Module], order: Order, module: str = "") -> Result:
+def run_imported(room: Room, trees: dict[str, ast.Module], order: Order, module: str = "") -> Result:
     """Run the tests, which import trees in place of modules."""
     be_quiet()
     sys.meta_path.insert(0, Instead(trees))
     run = Run(order, module)
-    code = run_pytest(run)
+    code = run_pytest(room, run)
     return code, run.killer, run.seconds
 
 
@@ -224,12 +248,13 @@ def place_of(code: CodeType) -> Place:
     return code.co_qualname, code.co_firstlineno
 
 
-def functions_of_the_room() -> list[FunctionType]:
-    """List all functions of the guard that are in memory."""
+def functions_of(room: Room) -> list[FunctionType]:
+    """List all functions of the room that are in memory."""
+    names = {name_of(path) for path in room.modules}
     gc.unfreeze()  # `conftest.py` has hidden all objects from `gc.get_objects`
     found = [one for one in gc.get_objects() if isinstance(one, FunctionType)]
     gc.freeze()
-    return [one for one in found if (one.__module__ or "").startswith("exograv.safety")]
+    return [one for one in found if one.__module__ in names]
 
 
 def _codes(code: CodeType) -> Iterator[tuple[Place, CodeType]]:

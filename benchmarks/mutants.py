@@ -1,12 +1,14 @@
-"""Mutation test of safety/: one line at a time is made wrong, and the tests must fail.
+"""Mutation test of a room: one line at a time is made wrong, and the tests must fail.
 
     nice -n 10 python benchmarks/mutants.py                          # all
     nice -n 10 python benchmarks/mutants.py --only core --workers 2  # one file, two mutants at a time
     nice -n 10 python benchmarks/mutants.py --sample 100 --seed 1    # some
+    nice -n 10 python benchmarks/mutants.py --room runtime           # mailboxes, lines and commands
     python benchmarks/mutants.py --branches                          # conditions that no test has seen both ways
 
 The working tree is never touched: a process is forked for every mutant. A change inside a function that did not run
-while the tests were imported replaces the code of that function. All other changes import the changed module.
+while the tests were imported replaces the code of that function. All other changes import the changed module. An
+interpreter that a test starts imports it, too.
 
 The tests that killed the last mutants in the least time run first, and the first failure ends a run. Results are noted
 in a file and not repeated: of a killed mutant until its module or the test that killed it changes, of a survivor until
@@ -27,7 +29,7 @@ from typing import Any
 
 import pytest
 
-from guard_mutants import EQUIVALENT, ROOM, Mutant, digest, equivalents, find_equivalents, modules, mutants, name_of
+from guard_mutants import EQUIVALENT, ROOMS, Mutant, Room, digest, equivalents, find_equivalents, mutants, name_of
 from mutant_log import Log
 from mutant_runs import (
     NOT_FOUND,
@@ -37,7 +39,8 @@ from mutant_runs import (
     Result,
     Run,
     be_quiet,
-    functions_of_the_room,
+    be_wrong_elsewhere,
+    functions_of,
     place_of,
     prepare,
     run_collected,
@@ -54,17 +57,17 @@ TIMES_AS_LONG, LONGER_S = 3.0, 20.0
 class Hunt:
     """Run of some mutants; the results are in the log."""
 
-    def __init__(self, log: Log, workers: int):
-        self.log, self.workers = log, workers
-        key = digest("unchanged", *(path.read_text(encoding="utf-8") for path in modules()))
+    def __init__(self, room: Room, log: Log, workers: int):
+        self.room, self.log, self.workers = room, log, workers
+        key = digest("unchanged", *(path.read_text(encoding="utf-8") for path in room.modules))
         if log.result(key) is None:
-            for _, result in side_by_side([None], lambda _: run_imported({}, Order({})), 1, 1e4):
+            for _, result in side_by_side([None], lambda _: run_imported(room, {}, Order({})), 1, 1e4):
                 if result[0] != 0:
                     sys.exit(f"{result[1]} fails on the unchanged source. Correct it: a mutant would prove nothing.")
                 log.add({"key": key, "killed": False, "name": "unchanged", "seconds": result[2]})
         self.order = Order(log.known[key]["seconds"])
         self.limit_s = TIMES_AS_LONG * sum(self.order.seconds.values()) + LONGER_S
-        self.called = set[tuple[str, Place]]()
+        self.called, self._files = set[tuple[str, Place]](), {str(path) for path in room.modules}
 
     def run(self, found: list[Mutant]) -> None:
         """Try mutants inside functions in one process with collected tests, and then all others."""
@@ -73,7 +76,9 @@ class Hunt:
         self.log.read()
 
         def imported(one: Mutant) -> Result:
-            return run_imported({name_of(one.path): one.tree()}, self.order, one.path.name)
+            if self.room.starts_processes:
+                be_wrong_elsewhere(one)
+            return run_imported(self.room, {name_of(one.path): one.tree()}, self.order, one.path.name)
 
         self._note_all(side_by_side(self._unknown(found), imported, self.workers, self.limit_s), sys.stdout.fileno())
 
@@ -86,19 +91,22 @@ class Hunt:
 
         def work(items: list[pytest.Item], run: Run) -> None:
             sys.setprofile(None)
-            functions = functions_of_the_room()
+            functions = functions_of(self.room)
             ready = [one for one in self._unknown(found) if one.function and not self._was_called(one)]
-            results = side_by_side(
-                ready, lambda one: run_collected(items, run, functions, one), self.workers, self.limit_s
-            )
-            self._note_all(results, out)
+
+            def collected(one: Mutant) -> Result:
+                if self.room.starts_processes:
+                    be_wrong_elsewhere(one)
+                return run_collected(items, run, functions, one)
+
+            self._note_all(side_by_side(ready, collected, self.workers, self.limit_s), out)
 
         sys.setprofile(self._note_call)
-        return run_pytest(Prepared(work, run), run), "", {}
+        return run_pytest(self.room, Prepared(work, run), run), "", {}
 
     def _note_call(self, frame: FrameType, event: str, _: Any) -> None:
         code = frame.f_code
-        if event == "call" and code.co_filename.startswith(str(ROOM)):
+        if event == "call" and code.co_filename in self._files:
             self.called.add((code.co_filename, place_of(code)))
 
     def _was_called(self, one: Mutant) -> bool:
@@ -117,8 +125,9 @@ class Hunt:
 
 def hunt(options: argparse.Namespace) -> None:
     """Try the mutants; print survivors, and how many were killed in each file."""
-    found = [one for one in mutants() if options.only in one.path.name]
-    rows = [row for row in equivalents() if options.only in row.file]
+    room = ROOMS[options.room]
+    found, files = [one for one in mutants(room) if options.only in one.path.name], {one.name for one in room.modules}
+    rows = [row for row in equivalents() if options.only in row.file and row.file in files]
     equivalent, wrong = find_equivalents(found, rows)
     if wrong:
         sys.exit(
@@ -129,7 +138,7 @@ def hunt(options: argparse.Namespace) -> None:
     if options.sample:
         found = random.Random(options.seed).sample(found, min(options.sample, len(found)))
     tried = [one for one in found if options.equivalent or one not in equivalent]
-    run = Hunt(Log(options.log), options.workers)
+    run = Hunt(room, Log(options.log, room), options.workers)
     run.run(tried)
     log = run.log
     log.read()
@@ -151,8 +160,9 @@ def hunt(options: argparse.Namespace) -> None:
 
 def show(options: argparse.Namespace) -> None:
     """Print each survivor in the log as a row of the table of equivalent mutants."""
-    log = Log(options.log)
-    found = [one for one in mutants() if options.only in one.path.name]
+    room = ROOMS[options.room]
+    log = Log(options.log, room)
+    found = [one for one in mutants(room) if options.only in one.path.name]
     equivalent, _ = find_equivalents(found, equivalents())
     for one in found:
         if log.result(one.key) is False and one not in equivalent:
@@ -163,6 +173,7 @@ def show(options: argparse.Namespace) -> None:
 def main() -> None:
     """Run the mutants, or watch the branches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--room", choices=ROOMS, default="safety")
     parser.add_argument("--sample", type=int, default=0, help="number of mutants, drawn at random; 0 for all")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="part of the name of a file")
@@ -176,7 +187,7 @@ def main() -> None:
     options = parser.parse_args()
     prepare()
     if options.count:
-        for name, count in Counter(one.path.name for one in mutants()).items():
+        for name, count in Counter(one.path.name for one in mutants(ROOMS[options.room])).items():
             print(name, count)
     elif options.lines:
         show(options)

@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from guard_mutants import modules, name_of
+from guard_mutants import ROOMS, name_of
 from mutant_runs import Order, Result, run_imported, side_by_side
 
 
@@ -60,7 +60,8 @@ def watch() -> None:
     seen: set[tuple[str, bool]] = set()
     expected: dict[str, tuple[bool, ...]] = {}
     trees = {}
-    for path in modules():
+    room = ROOMS["safety"]
+    for path in room.modules:
         watched = Watched(path.name)
         tree = watched.visit(ast.parse(path.read_text(encoding="utf-8")))
         trees[name_of(path)] = ast.fix_missing_locations(tree)
@@ -78,7 +79,7 @@ def watch() -> None:
             file.write_text(json.dumps(sorted(seen)), encoding="utf-8")
 
         def seen_by_all() -> Result:
-            result = run_imported(trees, Order({}))
+            result = run_imported(room, trees, Order({}))
             save()
             return result
 

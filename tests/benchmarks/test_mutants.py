@@ -3,7 +3,7 @@
 import ast
 from pathlib import Path
 
-from guard_mutants import Equivalent, Mutant, equivalents, find_equivalents, mutants
+from guard_mutants import ROOMS, Equivalent, Mutant, equivalents, find_equivalents, mutants
 from mutant_log import Log, digests_of
 from mutant_runs import Order
 from wrong_lines import changes, visited
@@ -30,7 +30,7 @@ def test_a_mutant_states_the_line_before_and_after_its_change():
 
 def test_each_change_in_the_table_of_equivalent_mutants_is_a_mutant_and_has_a_reason():
     rows = equivalents()
-    equivalent, wrong = find_equivalents(list(mutants()), rows)
+    equivalent, wrong = find_equivalents([one for room in ROOMS.values() for one in mutants(room)], rows)
     assert wrong == []
     assert len(equivalent) == sum(row.places * len(row.becomes) for row in rows)
     assert all(row.reason.endswith(".") for row in rows)
@@ -44,10 +44,13 @@ def test_a_change_that_is_no_mutant_is_not_equivalent():
 
 
 def test_a_killed_mutant_stays_killed_until_the_test_that_killed_it_changes(tmp_path: Path):
-    log, killer = Log(tmp_path / "log.jsonl"), "test_guard.py::test_a_guard_that_has_seen_nothing_is_not_reset"
+    log, killer = (
+        Log(tmp_path / "log.jsonl", ROOMS["safety"]),
+        "test_guard.py::test_a_guard_that_has_seen_nothing_is_not_reset",
+    )
     log.note("a", "one", (1, f"tests/safety/{killer}[1]", {}))
     log.note("b", "two", (0, "", {}))
-    later = Log(tmp_path / "log.jsonl")
+    later = Log(tmp_path / "log.jsonl", room)
     assert (later.result("a"), later.result("b"), later.result("c")) == (True, False, None)
     later.tests = "other tests"
     assert (later.result("a"), later.result("b")) == (True, None)
