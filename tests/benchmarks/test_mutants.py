@@ -44,10 +44,8 @@ def test_a_change_that_is_no_mutant_is_not_equivalent():
 
 
 def test_a_killed_mutant_stays_killed_until_the_test_that_killed_it_changes(tmp_path: Path):
-    log, killer = (
-        Log(tmp_path / "log.jsonl", ROOMS["safety"]),
-        "test_guard.py::test_a_guard_that_has_seen_nothing_is_not_reset",
-    )
+    killer, room = "test_guard.py::test_a_guard_that_has_seen_nothing_is_not_reset", ROOMS["safety"]
+    log = Log(tmp_path / "log.jsonl", room)
     log.note("a", "one", (1, f"tests/safety/{killer}[1]", {}))
     log.note("b", "two", (0, "", {}))
     later = Log(tmp_path / "log.jsonl", room)
