@@ -132,6 +132,7 @@ def test_a_joint_whose_drive_or_encoder_fails_is_isolated_alone_and_the_others_k
         assert record.numbers[core.STOP] == reason
         assert record.numbers[core.WITHOUT_MODEL] == 0.0
         assert record.joints_at(core.ISOLATED) == {joint}
+        assert not record.joints_at(core.POWERLESS)
 
 
 def test_the_average_torque_error_is_whole_up_to_half_of_its_limit_and_then_beyond_the_last_commands():
@@ -149,6 +150,61 @@ def test_the_average_torque_error_is_whole_up_to_half_of_its_limit_and_then_beyo
                 r[core.BIAS] = 0.0
                 core.compare_torques(r)
                 assert r[core.BIAS] == pytest.approx(r[core.BIAS_SHARE] * off if is_whole else 0.0), share
+
+
+def test_each_of_the_last_commands_explains_the_torque_that_it_asks_for():
+    record = GuardRecord(1, 1e-3, library=None)
+    set_monitors(record, [1.0], True)
+    r, ticks = record.numbers, 12
+    for age in range(ticks + 2):
+        for k in range(60):
+            r[core.TAU] = 5.0 if 59 - k == age else 0.0
+            core.tell(r)
+        assert core.off_lately(r, 0, 5.0, ticks) == (0.0 if age < ticks else 5.0), age
+
+
+def test_before_enough_commands_were_told_no_joint_of_one_encoder_is_judged():
+    record = GuardRecord(3, 1e-3, library=None)
+    set_monitors(record, [1.0] * 3, True)
+    for flag in (core.PARTED, core.WRONG):
+        record.put(flag, 1.0)
+    core.compare(record.numbers)
+    assert not record.joints_at(core.PARTED) | record.joints_at(core.WRONG)
+
+
+@pytest.mark.parametrize(("share", "is_opposite"), [(1.0, False), (1.01, True)])
+def test_encoders_that_move_against_each_other_are_found_beyond_the_least_way(share: float, is_opposite: bool):
+    record = GuardRecord(1, 1e-3, library=None)
+    set_monitors(record, [1.0], True)
+    r = record.numbers
+    r[core.LEAST_OPPOSITE] = 0.0078125  # a power of two, so that ways are exact
+    way, slots = share * r[core.LEAST_OPPOSITE], int(r[core.SPEED]) + 1
+    for k in range(slots):
+        there = way if k == slots - 1 else 0.0
+        r[core.Q_IN], r[core.Q_MOTOR_IN] = there, -there
+        core.compare_encoders(r)
+    assert r[core.PARTED_TICKS] == float(is_opposite)
+
+
+def test_a_guard_that_leaves_its_stop_has_forgotten_the_ticks_before():
+    r = GuardRecord(2, 1e-3, library=None).numbers
+    r[core.STOP], r[core.SINCE_STOP], r[core.USABLE] = core.STOP_PRESSED, r[core.DESCENT_S], 1.0
+    r[core.HAS_SPEED] = r[core.HELD + 1] = r[core.V_FILTER + 1] = 1.0
+    core.misses_too_many(r, core.CONTROL_MISSES, True)
+    assert core.reset(r)
+    assert [r[place] for place in (core.HAS_SPEED, core.HELD + 1, core.V_FILTER + 1)] == [0.0, 0.0, 0.0]
+    assert r[core.CONTROL_MISSES] == 0.0
+
+
+@pytest.mark.parametrize(("slots", "moving"), [(11, 4), (7, 5)])
+def test_a_dead_encoder_has_moved_clearly_and_then_stood_from_the_end_of_the_motion_to_now(slots: int, moving: int):
+    way = 0.5
+    for still_from in (moving, moving + 1):
+        r = GuardRecord(1, 1e-3, library=None).numbers
+        r[core.MOVING], r[core.LEAST_WAY] = moving, way
+        for k in range(slots):  # the oldest first
+            r[core.USED + k * core.JOINTS] = way if k >= still_from else 0.0
+        assert core.is_dead(r, 0, slots - 1, slots) == (still_from == moving)
 
 
 def kept_ticks(q: list[float], motor: list[float] | None, currents: list[float]) -> float:
@@ -186,6 +242,7 @@ def test_each_check_of_the_largest_machine_writes_its_own_fields_only():
             core.KEPT_TICKS, core.KEPT_SHARE, core.KEPT_CHANCE, core.KEPT_SEEN, core.TURNS, core.Q_KEPT,
             core.MOTOR_KEPT, core.TORQUE_KEPT, core.CHANGE_BEFORE,
         ),
+        core.begin: (core.HELD, core.V_FILTER),
         core.filter_speeds: (core.V_FILTER, core.Q_FILTER, core.Q_SEEN, core.V_SEEN),
         core.act_on_comparison: (core.ISOLATED, core.POWERLESS, core.TAU_AT_STOP, core.PUSH_AT_STOP),
     }  # fmt: skip

@@ -45,7 +45,7 @@ class FaultOptions(Options):
 
     healthy_hours: Annotated[float | None, Within(0.0), ONLY_TWIN] = None
     """Hours of healthy use to simulate in place of faults: quiet, lively and with tremor, in flights of 3 and 60
-    minutes. Each stop is a false trip. An hour takes about 20 minutes of processor time."""
+    minutes. Each stop is a false trip. An hour takes about four minutes of processor time."""
 
     strikes: Annotated[int, Within(0, STRIKES_MAX, f"0 (none) to {STRIKES_MAX}."), STRUCK] = 1
     """Number of times that each process of a live run is killed, stopped and starved afterwards; 0 for none."""
