@@ -267,6 +267,7 @@ def _codes(code: CodeType) -> Iterator[tuple[Place, CodeType]]:
 def prepare() -> None:
     """Set the folder and the Hypothesis profile for all children."""
     os.chdir(ROOT)
+    sys.path.append(str(ROOT))  # an interpreter that a test starts imports the test
     # No shrinking: the fact that a test fails is enough.
     phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
     hypothesis.settings.register_profile("mutants", deadline=None, derandomize=True, phases=phases, database=None)
