@@ -1,6 +1,7 @@
 """The guard takes a message in its next tick, executes it if allowed, and replies."""
 
 import contextlib
+import errno
 import os
 import struct
 from collections.abc import Iterator
@@ -11,17 +12,38 @@ from multiprocessing.connection import Connection
 import numpy as np
 import pytest
 
-from exograv.runtime.control_loop.exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, FeltLevel, state_dtype
+from exograv.runtime.control_loop.exchange import (
+    CONSENTED,
+    EVENT_SHIFT,
+    RESET,
+    STOP_PRESSED,
+    TOLD_LEVEL,
+    TOLD_PERSON,
+    Consent,
+    FeltLevel,
+    PersonUpdate,
+    state_dtype,
+)
 from exograv.runtime.control_loop.guard_commands import (
+    AGREED,
     ASK_PARENT_EVERY,
     ENDS,
+    NOT_AGREED,
+    NOT_TAKEN,
+    PARENT_GONE,
     PARENT_SILENT,
     PARENT_SILENT_S,
+    PERSON_KNOWN,
+    PULSE,
+    QUIET_S,
+    STOPPED_BEFORE,
     GuardCommands,
     GuardInbox,
     GuardLine,
+    level_note,
 )
 from exograv.runtime.control_loop.steering import ASKABLE, DescentCommand, GuardReply, GuardRequest, LeaseCommand
+from exograv.runtime.processes.shared_memory import Mailbox, MessageRing
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.limits import Limits, PersonLimits
@@ -160,15 +182,6 @@ def test_a_parent_that_reads_no_reply_delays_no_tick_and_gets_the_oldest(room: R
     assert room.guard.envelope.stop is None
 
 
-def test_a_sender_whose_guard_takes_nothing_gets_an_error_and_does_not_wait(room: Room):
-    def send_many() -> None:
-        for _ in range(10_000):
-            room.line.send(ENDS)
-
-    with pytest.raises(OSError, match="does not take messages"):
-        send_many()
-
-
 def test_without_its_parent_the_guard_lets_the_arm_down_and_ends_the_run(room: Room):
     room.ours.close()
     for _ in range(ASK_PARENT_EVERY):
@@ -264,3 +277,177 @@ def test_the_last_message_lets_the_arm_down_and_ends_the_run(room: Room):
     room.says(ENDS)
     assert room.hearing.is_asked_to_end
     assert room.guard.envelope.stop is StopReason.STOP_PRESSED
+
+
+def limits_of_a_person() -> PersonLimits:
+    nothing, wide = np.zeros((1, 3)), np.full(1, 20.0)
+    table = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), wide, wide, wide)
+    return PersonLimits(table, wide, np.full(1, -2.0), np.full(1, 2.0))
+
+
+def test_a_closed_line_refuses_messages_and_its_memory_is_gone():
+    line = GuardLine()
+    names = line.names
+    line.close()
+    with pytest.raises(OSError, match="The run is over") as refusal:
+        line.send(ENDS)
+    assert refusal.value.errno == errno.EPIPE
+    for opened in (
+        lambda: MessageRing(names.messages), lambda: MessageRing(names.replies), lambda: Mailbox(PULSE, names.pulse)
+    ):  # fmt: skip
+        with pytest.raises(FileNotFoundError):
+            opened()
+
+
+def test_a_sender_whose_guard_takes_nothing_gets_an_error_and_does_not_wait(room: Room):
+    def send_many() -> None:
+        for _ in range(10_000):
+            room.line.send(ENDS)
+
+    with pytest.raises(OSError, match="does not take messages") as refusal:
+        send_many()
+    assert refusal.value.errno == errno.ENOBUFS
+
+
+@pytest.mark.parametrize("is_update", [False, True])
+def test_a_new_person_is_in_force_at_the_level_that_is_felt_and_led_only_if_the_machine_leads(
+    room: Room, is_update: bool
+):
+    before, limits = room.guard.envelope.person, limits_of_a_person()
+    assert before is not None
+    before.gravity_level = 0.4
+    assert room.says(PersonUpdate(limits) if is_update else limits) is None
+    person = room.guard.envelope.person
+    assert person is not None
+    assert person is not before
+    assert person.limits.q_upper == limits.q_upper != before.limits.q_upper
+    assert (person.gravity_level, person.is_driven) == (0.4, is_update)
+    assert room.hearing.persons == 1
+    assert room.hearing.acts == TOLD_PERSON
+    assert room.notes == [PERSON_KNOWN]
+    room.tick()
+    room.hearing.tell(room.state)
+    assert int(room.state["persons"]) == 1
+
+
+def test_the_first_person_in_an_empty_machine_floats_weightless(room: Room):
+    room.guard.envelope.person = None
+    room.says(limits_of_a_person())
+    person = room.guard.envelope.person
+    assert person is not None
+    assert person.gravity_level == 0.0
+
+
+def test_a_level_of_no_page_is_taken_until_the_first_stop_of_the_run_and_never_after_it(room: Room):
+    assert room.says(FeltLevel(0.5, 10.0)) is None
+    assert room.hearing.acts == TOLD_LEVEL
+    room.guard.press_stop()
+    room.hearing.latched()
+    for _ in range(DOWN):
+        room.tick()
+    assert room.guard.reset()
+    assert room.says(FeltLevel(0.2, 10.0)) is None
+    assert room.hearing.acts == 0
+    assert room.notes == [level_note(0.5, ""), level_note(0.2, STOPPED_BEFORE)]
+
+
+def test_a_level_above_one_needs_consent_and_after_a_stop_the_stop_is_the_reason(room: Room):
+    lease(room)
+    assert room.says(FeltLevel(1.4, 10.0, 1)) == NOT_AGREED
+    assert room.says(FeltLevel(1.0, 10.0, 2)) == ""
+    assert room.says(Consent(3)) == ""
+    assert room.hearing.acts == CONSENTED
+    assert room.says(FeltLevel(1.4, 10.0, 4)) == ""
+    room.guard.press_stop()
+    for number, level in enumerate((0.5, 1.4), start=5):
+        assert room.says(FeltLevel(level, 10.0, number)) == STOPPED_BEFORE
+    assert room.says(Consent(7)) == NOT_TAKEN
+    assert room.hearing.acts == 0
+    assert room.says(Consent()) is None
+    assert [note for note in room.notes if note in (AGREED, NOT_TAKEN)] == [AGREED, NOT_TAKEN, NOT_TAKEN]
+
+
+def test_a_series_of_levels_of_a_page_is_noted_by_its_first_and_its_last_one(room: Room):
+    lease(room)
+    for number in range(5):
+        assert room.says(FeltLevel(0.1 * number, 1.0, number)) == ""
+    for _ in range(round(QUIET_S / PERIOD_S) - 1):
+        room.tick()
+    assert room.notes == [level_note(0.0, "")]
+    for _ in range(5):
+        room.tick()
+    assert room.notes == [level_note(0.0, ""), level_note(0.4, "")]
+    for _ in range(2000):
+        room.tick()
+    assert len(room.notes) == 2
+    assert room.says(FeltLevel(0.2, 1.0, 9)) == ""
+    assert room.notes[2:] == [level_note(0.2, "")]
+
+
+def test_a_note_of_a_level_says_why_it_was_refused():
+    assert level_note(0.25, "too late.") == "A request for support 75 % (felt weight 25 %) was refused: too late."
+    assert level_note(0.25, "") == "From here on, by a ramp: support 75 % (felt weight 25 %)."
+
+
+def test_each_request_is_noted_with_its_reply(room: Room):
+    lease(room)
+    room.says(GuardRequest(1, Event.TEST))
+    why = room.says(GuardRequest(2, Event.MOVE))
+    assert room.notes == [f"{Event.TEST.value}: done.", f"{Event.MOVE.value}: {why}"]
+
+
+def test_a_reset_by_the_process_itself_is_noted_if_the_guard_was_left(room: Room):
+    room.tick()
+    room.guard.press_stop()
+    room.tick()
+    assert not room.hearing.reset(0.0, "left")
+    assert (room.notes, room.hearing.acts) == ([], 0)
+    for _ in range(DOWN):
+        room.tick()
+    assert room.hearing.reset(0.0, "left")
+    assert (room.notes, room.hearing.acts) == (["left"], RESET)
+
+
+def test_a_reset_of_a_machine_whose_motors_were_off_asks_control_for_nothing(room: Room):
+    lease(room)
+    room.guard.press_stop()
+    for _ in range(DOWN):
+        room.tick()
+    room.mode = Mode.OFF
+    assert room.says(GuardRequest(1, Event.RESET)) == ""
+    assert room.hearing.acts == RESET
+    room.state["safe_state"] = SafeState.NONE
+    room.hearing.tell(room.state)
+    assert int(room.state["asked"]) == 0
+
+
+def test_a_window_that_has_to_stop_without_its_operator_lets_the_arm_down(room: Room):
+    room.mode = Mode.FLOATING
+    room.says(LeaseCommand(1_000_000, 10**9, "stop"))
+    Clock.now = 2_000_000
+    room.tick()
+    assert room.guard.envelope.stop is StopReason.STOP_PRESSED
+    assert room.hearing.acts == STOP_PRESSED
+
+
+def test_nobody_looks_after_a_lease_before_control_has_reported_a_mode(room: Room):
+    lease(room)
+    Clock.now, room.mode = FAR, None
+    room.tick()
+    assert room.notes == []
+
+
+def test_without_shared_memory_only_the_end_of_the_parent_is_heard():
+    ours, theirs = Pipe()
+    with contextlib.closing(theirs), contextlib.closing(GuardInbox(None, theirs)) as inbox:
+        inbox.reply(ENDS)
+        assert inbox.take() is None
+        assert inbox.why_gone() == ""
+        ours.close()
+        assert [inbox.why_gone() for _ in range(2)] == [PARENT_GONE, ""]
+
+
+def test_a_parent_is_looked_for_a_few_times_in_a_second_and_not_in_each_tick(room: Room):
+    room.ours.close()
+    ticks = ticks_until_end(room, 1000)
+    assert ticks == ASK_PARENT_EVERY - 2

@@ -1,11 +1,12 @@
 """Another process reads complete values, the newest or all in order; a writer never waits, and counts lost values."""
 
 import contextlib
+import ctypes
 import multiprocessing
 import os
 import pickle
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -229,3 +230,76 @@ def test_a_damaged_count_of_messages_is_an_error_of_the_rig(ends: tuple[MessageR
     writer._block.head["acknowledged"], writer._block.head["written"] = taken, taken + 1
     with pytest.raises(RigError):
         reader.take()
+
+
+MAKERS: list[Callable[[str | None], Mailbox | Ring | MessageRing]] = [
+    lambda name: Mailbox(VALUE, name),
+    lambda name: Ring(VALUE, CAPACITY, name),
+    MessageRing,
+]
+
+
+@pytest.mark.parametrize("make", MAKERS, ids=["mailbox", "ring", "messages"])
+def test_memory_lives_until_its_maker_closes_it_and_no_reader_ends_it(make: Callable):
+    made = make(None)
+    for _ in range(2):
+        make(made.name).close()
+    name = made.name
+    made.close()
+    with pytest.raises(FileNotFoundError):
+        make(name)
+
+
+@pytest.mark.parametrize("make", [Mailbox, lambda value: Ring(value, CAPACITY)], ids=["mailbox", "ring"])
+def test_code_in_c_finds_counts_and_values_at_the_places_of_the_memory(make: Callable):
+    with contextlib.closing(make(VALUE)) as memory:
+        places, is_ring = memory.places(), isinstance(memory, Ring)
+        assert places.value_bytes == VALUE.itemsize
+        assert places.capacity == (CAPACITY if is_ring else SLOTS)
+        for k in range(1, 4):
+            (memory.put if is_ring else memory.write)(value(k))
+            row = places.rows + places.stride * (k - 1 if is_ring else k % SLOTS)
+            there = np.frombuffer(ctypes.string_at(row + places.value_at, places.value_bytes), VALUE)[0]
+            assert there["sequence"] == k
+            assert (there["q"] == k).all()
+            assert ctypes.c_uint64.from_address(places.head).value == k
+            if not is_ring:
+                assert ctypes.c_uint64.from_address(row + places.done_at).value == k
+        assert is_ring == (places.done_at == 0)
+
+
+def test_room_lost_and_newest_of_a_ring_follow_what_is_written_and_acknowledged(ring: Ring):
+    assert (ring.newest(), ring.room, ring.lost) == (None, CAPACITY, 0)
+    for k in range(CAPACITY + 3):
+        assert ring.put(value(k)) == (k < CAPACITY)
+    assert (ring.room, ring.lost, ring.written) == (0, 3, CAPACITY)
+    ring.acknowledge(5)
+    assert (ring.room, ring.acknowledged) == (5, 5)
+    assert ring.put(value(77))
+    newest = ring.newest()
+    assert newest is not None
+    assert newest[0] == CAPACITY + 1
+    assert newest[1]["sequence"] == 77
+
+
+def test_a_reader_takes_at_most_as_many_as_it_asks_for_and_each_once(ring: Ring):
+    for k in range(10):
+        ring.put(value(k))
+    assert [one["sequence"] for one in ring.take(4)] == [0, 1, 2, 3]
+    assert [one["sequence"] for one in ring.take(0)] == []
+    assert [one["sequence"] for one in ring.take(100)] == [4, 5, 6, 7, 8, 9]
+    assert len(ring.take()) == 0
+
+
+@pytest.mark.parametrize("size", [1, PART_BYTES - 1, PART_BYTES, PART_BYTES + 1, 3 * PART_BYTES])
+def test_bytes_of_a_message_arrive_as_they_were_sent_at_each_place_of_the_ring(size: int):
+    with contextlib.closing(MessageRing()) as ours, contextlib.closing(MessageRing(ours.name)) as theirs:
+        parts = -(-size // PART_BYTES)
+        for k in range(2 * PARTS // parts):
+            data = bytes([k % 256]) * size
+            assert ours.put_bytes(data)
+            assert theirs.take_bytes() == data
+        assert theirs.take_bytes() is None
+        for _ in range(PARTS // parts):
+            assert ours.put_bytes(b"x" * size)
+        assert not ours.put_bytes(b"x" * (size if PARTS % parts == 0 else PARTS * PART_BYTES))
