@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from exograv.safety.limits import PersonLimits
+from exograv.safety.envelope import Envelope
+from exograv.safety.ingress import Ingress
+from exograv.safety.limits import Limits, PersonLimits
 from exograv.safety.monitors import set_monitors
 from exograv.safety.native import core
 from exograv.safety.person import GuardedPerson
@@ -193,7 +195,7 @@ def test_a_guard_that_leaves_its_stop_has_forgotten_the_ticks_before():
     core.misses_too_many(r, core.CONTROL_MISSES, True)
     assert core.reset(r)
     assert [r[place] for place in (core.HAS_SPEED, core.HELD + 1, core.V_FILTER + 1)] == [0.0, 0.0, 0.0]
-    assert r[core.CONTROL_MISSES] == 0.0
+    assert r[core.CONTROL_MISSES] == r[core.CONTROL_MISSES + 1] == 0.0
 
 
 @pytest.mark.parametrize(("slots", "moving"), [(11, 4), (7, 5)])
@@ -258,3 +260,61 @@ def test_each_check_of_the_largest_machine_writes_its_own_fields_only():
         assert changed, check.__name__
         foreign = changed - {place + j for place in fields for j in range(core.JOINTS)}
         assert not foreign, (check.__name__, sorted((place - core.TORQUE_MAX) // core.JOINTS for place in foreign))
+
+
+@pytest.mark.parametrize(
+    ("turns", "seen_before", "counts"),
+    [
+        (core.LEAST_TURNS, core.LEAST_SEEN, True),
+        (0.99 * core.LEAST_TURNS, core.LEAST_SEEN, False),
+        (core.LEAST_TURNS, core.LEAST_SEEN - 1.0, False),
+    ],
+)
+def test_equal_bits_are_unlikely_from_the_least_noise_and_the_least_time_on(
+    turns: float, seen_before: float, counts: bool
+):
+    r = GuardRecord(1, 1e-3, library=None).numbers
+    r[core.IN_CURRENT], r[core.TURNS], r[core.KEPT_SHARE], r[core.KEPT_CHANCE] = 1.0, turns, 0.5, 1.0
+    r[core.KEPT_SEEN], r[core.KEPT_TICKS] = seen_before, 0.0  # and this tick adds one to both
+    core.keep(r, 0)
+    assert r[core.KEPT_TICKS] == 1.0
+    assert (r[core.KEPT_CHANCE] < 1.0) is counts
+
+
+def test_a_wall_of_a_person_who_has_left_brakes_no_empty_machine():
+    wanted = []
+    for in_wall in (0.0, 1.0):
+        envelope = Envelope(Limits(np.full(1, 30.0), np.full(1, 10.0)), 1e-3, library=None)
+        r = envelope.record.numbers
+        r[core.V], r[core.KNOWN], r[core.DESIRED], r[core.IN_WALL] = 0.1, 1.0, 0.02, in_wall
+        envelope.record.tick.limit()
+        wanted.append(r[core.WANTED])
+    assert wanted == [0.02, 0.02]
+
+
+def test_a_slow_joint_of_a_worn_machine_away_from_its_walls_is_not_braked():
+    nothing = np.zeros((1, 3))
+    table = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), np.ones(1), np.ones(1), np.ones(1))
+    envelope = Envelope(Limits(np.full(1, 30.0), np.full(1, 10.0)), 1e-3, library=None)
+    envelope.person = GuardedPerson(PersonLimits(table, np.full(1, 20.0), np.full(1, -3.0), np.full(1, 3.0)), 0.0)
+    r = envelope.record.numbers
+    r[core.V], r[core.KNOWN], r[core.DESIRED] = 0.1, 1.0, 0.02
+    envelope.record.tick.limit()
+    assert r[core.IN_WALL] == 0.0
+    assert r[core.WANTED] == 0.02
+
+
+def test_the_largest_machine_sees_a_jump_and_forgets_an_isolated_joint_whatever_other_joints_do():
+    for joint in range(core.JOINTS):
+        record = Ingress([1e-6] * core.JOINTS, 1e-3, 10.0).record
+        r = record.numbers
+        record.put(core.USED + int(r[core.USED_AT]) * core.JOINTS, 0.0)
+        record.put(core.OVER, 1.0)  # the field before `IGNORED`
+        r[core.T_IN] = 1e-3
+        r[core.Q_IN + joint] = 0.5
+        assert core.has_jumped(r)
+        assert r[core.JUMPS + joint] == 1.0
+        r[core.ISOLATED + joint] = 1.0
+        core.ignore_isolated(r, int(r[core.USED_SLOTS]))
+        used = [r[core.USED + slot * core.JOINTS + joint] for slot in range(int(r[core.USED_SLOTS]))]
+        assert all(map(math.isnan, used))
