@@ -384,6 +384,12 @@ def test_a_series_of_levels_of_a_page_is_noted_by_its_first_and_its_last_one(roo
     assert room.notes[2:] == [level_note(0.2, "")]
 
 
+def test_levels_that_no_page_asks_for_are_all_noted_at_once(room: Room):
+    for level in (0.5, 0.2):
+        room.says(FeltLevel(level, 10.0))
+    assert room.notes == [level_note(0.5, ""), level_note(0.2, "")]
+
+
 def test_a_note_of_a_level_says_why_it_was_refused():
     assert level_note(0.25, "too late.") == "A request for support 75 % (felt weight 25 %) was refused: too late."
     assert level_note(0.25, "") == "From here on, by a ramp: support 75 % (felt weight 25 %)."
