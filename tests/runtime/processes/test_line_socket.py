@@ -81,6 +81,14 @@ def test_the_end_of_the_other_process_is_seen(pair: Pair):
     assert not here.is_open
 
 
+def test_a_closed_line_has_nothing_to_receive_and_sends_nothing(pair: Pair):
+    here, _ = pair
+    here.close()
+    assert here.received(patience_s=0.1) == []
+    here.send("lost")
+    assert not here.is_open
+
+
 def test_a_port_that_is_taken_is_refused_with_a_reason():
     with contextlib.closing(LinesListener(0)) as listener, pytest.raises(RigError, match="cannot be listened at"):
         LinesListener(listener.port)

@@ -120,6 +120,16 @@ def test_closing_ends_processes_in_the_middle_of_a_task():
     assert not any(_runs(pid) for pid in pids)
 
 
+def test_a_closed_pool_leaves_no_descriptor_open():
+    open_at_first = None
+    for _ in range(3):  # the first one starts the resource tracker, which stays
+        with ProcessPool(2) as pool:
+            assert len(list(pool.results(says_who, (1, 2), LOST))) == 2
+        count = len(os.listdir("/proc/self/fd"))
+        assert open_at_first in (None, count)
+        open_at_first = count
+
+
 @pytest.mark.parametrize("strike", [signal.SIGINT, signal.SIGKILL])
 def test_processes_end_with_their_parent(strike: signal.Signals, tmp_path: Path):
     script = tmp_path / "parent.py"

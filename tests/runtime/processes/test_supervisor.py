@@ -1,6 +1,7 @@
 """A child process is heard, replaced within a limit, and ended; the parent never waits longer than stated."""
 
 import contextlib
+import os
 import time
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
@@ -58,6 +59,27 @@ def test_fruitless_processes_are_replaced_only_up_to_the_limit():
         assert child.replace("d")
         assert child.replace("e", was_fruitless=False)
         assert child.restarts == 3
+
+
+def test_a_replacement_that_was_of_use_begins_the_count_of_fruitless_ones_again():
+    with supervised(says, "a", 2) as child:
+        assert child.replace("b")
+        assert child.replace("c", was_fruitless=False)
+        assert child.replace("d")
+        assert child.replace("e")
+        assert not child.replace("f")
+
+
+def test_replaced_processes_leave_no_descriptor_open():
+    counts = []
+    for jobs in ((), ("second", "third", "fourth")):
+        with supervised(says, "first", 3) as child:
+            child.await_ready()
+            for job in jobs:
+                assert child.replace(job)
+                assert child.next_word(SOON_S) == job
+        counts.append(len(os.listdir("/proc/self/fd")))
+    assert counts[1] == counts[0]
 
 
 def test_a_process_that_dies_before_it_is_ready_is_an_error_with_its_exit_status():
