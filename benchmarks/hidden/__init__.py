@@ -1,0 +1,1 @@
+"""Machines in ordinary differential equations of their own, which no author of an estimator has seen."""

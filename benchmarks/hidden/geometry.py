@@ -1,0 +1,91 @@
+"""Joints and links of a machine, read from its URDF without exograv."""
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Serial chain of revolute joints, base first, with the link that each joint moves."""
+
+    joints: tuple[str, ...]
+    axis: Float[np.ndarray, "joint 3"]
+    origin: Float[np.ndarray, "joint 3"]
+    """Origin of each joint in the link before it [m]."""
+    rotation: Float[np.ndarray, "joint 3 3"]
+    lower: Float[np.ndarray, " joint"]
+    upper: Float[np.ndarray, " joint"]
+    mass: Float[np.ndarray, " joint"]
+    com: Float[np.ndarray, "joint 3"]
+    inertia: Float[np.ndarray, "joint 3 3"]
+    """Inertia about the centre of mass, in the axes of the link [kg·m²]."""
+    mounts: dict[str, tuple[int, Float[np.ndarray, " 3"]]]
+    """Number of the link and place in it [m] of each frame that is fixed to a moving link."""
+
+
+def read_geometry(path: Path) -> Geometry:
+    """Read a chain whose links have at most one revolute child."""
+    root = ElementTree.parse(path).getroot()
+    links = {link.attrib["name"]: link for link in root.iter("link")}
+    joints = [joint for joint in root.iter("joint") if joint.attrib["type"] == "revolute"]
+    order = {_link(joint, "child"): number for number, joint in enumerate(joints)}
+    mounts = {}
+    for joint in root.iter("joint"):
+        if joint.attrib["type"] == "fixed" and _link(joint, "parent") in order:
+            mounts[_link(joint, "child")] = order[_link(joint, "parent")], _pose(joint)[0]
+    if any(_link(joint, "parent") != child for joint, child in zip(joints[1:], order, strict=False)):
+        raise ValueError(f"{path} is no serial chain in the order of its joints.")
+    mass, com, inertia = (np.array(each) for each in zip(*(_inertial(links[child]) for child in order), strict=True))
+    origin, rotation = (np.array(each) for each in zip(*map(_pose, joints), strict=True))
+    limits = [_child(joint, "limit").attrib for joint in joints]
+    return Geometry(
+        tuple(joint.attrib["name"] for joint in joints),
+        np.array([_numbers(_child(joint, "axis").attrib["xyz"]) for joint in joints]),
+        origin,
+        rotation,
+        np.array([float(limit["lower"]) for limit in limits]),
+        np.array([float(limit["upper"]) for limit in limits]),
+        mass,
+        com,
+        inertia,
+        mounts,
+    )
+
+
+def _child(element: ElementTree.Element, name: str) -> ElementTree.Element:
+    found = element.find(name)
+    if found is None:
+        raise ValueError(f"{element.attrib['name']} has no <{name}>.")
+    return found
+
+
+def _link(joint: ElementTree.Element, end: str) -> str:
+    return _child(joint, end).attrib["link"]
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(word) for word in text.split()]
+
+
+def _pose(element: ElementTree.Element) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "3 3"]]:
+    origin = element.find("origin")
+    values = {} if origin is None else origin.attrib
+    roll, pitch, yaw = _numbers(values.get("rpy", "0 0 0"))
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
+    about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    return np.array(_numbers(values.get("xyz", "0 0 0"))), about_z @ about_y @ about_x
+
+
+def _inertial(link: ElementTree.Element) -> tuple[float, Float[np.ndarray, " 3"], Float[np.ndarray, "3 3"]]:
+    inertial = _child(link, "inertial")
+    com, R = _pose(inertial)
+    given = _child(inertial, "inertia").attrib
+    xx, yy, zz, xy, xz, yz = (float(given[f"i{name}"]) for name in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return float(_child(inertial, "mass").attrib["value"]), com, R @ inertia @ R.T

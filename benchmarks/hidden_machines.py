@@ -1,0 +1,88 @@
+"""Hidden machines: recordings of machines that no author of an estimator has seen, and the judgement of a fit.
+
+    python benchmarks/hidden_machines.py record out/hidden --names a b c                # draw, drive, record
+    python benchmarks/hidden_machines.py record out/hidden --names a --seed 7 --disclose out/truth
+    python benchmarks/hidden_machines.py plain out/hidden/a.mcap out/plain/a.json      # plain least squares, nominal
+    python benchmarks/hidden_machines.py judge out/truth/a.json FIT.json out/hidden/a_held_out.mcap
+    python benchmarks/hidden_machines.py form                                          # the form of FIT.json
+
+A machine is a set of ordinary differential equations of its own (`hidden/engine.c`): nothing of `exograv.dynamics` or
+of the twin is in it. It has the geometry of `robots/recupera_like/right.urdf`; all else is drawn. exograv's own loop,
+guard and controller of the empty machine drive it. The seed comes from the operating system unless `--seed` names one.
+The true values are written only with `--disclose`.
+"""
+
+import argparse
+import os
+from pathlib import Path
+
+import numpy as np
+
+from hidden.draw import Hidden, draw
+from hidden.geometry import read_geometry
+from hidden.judge import FORM, judge, judgement_text
+from hidden.plain_fit import write_nominal, write_plain
+from hidden.session import RIG, Session
+
+ROOT = Path(__file__).parents[1]
+HELD_OUT_S = 60.0
+"""Duration of the held-out motion [s]."""
+SEED_BYTES = 7
+"""Length of a seed from the operating system: JSON keeps it exactly."""
+
+
+def record(options: argparse.Namespace) -> None:
+    """Draw machines, drive them and write their recordings."""
+    geometry = read_geometry(ROOT / "robots" / RIG / "right.urdf")
+    for name in options.names:
+        seed = int.from_bytes(os.urandom(SEED_BYTES), "little") if options.seed is None else options.seed
+        session = Session(geometry, lambda gain, seed=seed: draw(geometry, gain, seed))
+        motion = np.random.default_rng((seed, 2))
+        for suffix, held_out_s in (("", None), ("_held_out", HELD_OUT_S)):
+            path = options.folder / f"{name}{suffix}.mcap"
+            notes = session.record(path, motion, held_out_s)
+            print(f"{path}: {session.rig.t:.1f} s on the machine's clock at the end, {len(notes.entries)} notes")
+        if options.disclose is not None:
+            session.hidden.disclose(options.disclose / f"{name}.json")
+
+
+def plain(options: argparse.Namespace) -> None:
+    """Write the fit of plain least squares, and the nominal machine, in the form that `judge` reads."""
+    geometry = read_geometry(ROOT / "robots" / RIG / "right.urdf")
+    held_out = options.recording.with_stem(f"{options.recording.stem}_held_out")
+    write_plain(geometry, options.recording, held_out, options.fit)
+    write_nominal(geometry, held_out, options.fit.with_stem(f"{options.fit.stem}_nominal"))
+
+
+def judged(options: argparse.Namespace) -> None:
+    """Print the errors of a fit against the disclosed machine."""
+    print(judgement_text(judge(Hidden.disclosed(options.truth), options.fit, options.held_out)))
+
+
+def main() -> None:
+    """Run one part."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parts = parser.add_subparsers(required=True)
+    one = parts.add_parser("record", help=record.__doc__)
+    one.add_argument("folder", type=Path)
+    one.add_argument("--names", nargs="+", default=["machine"])
+    one.add_argument("--seed", type=int, help="seed of the draw; of the operating system if absent")
+    one.add_argument("--disclose", type=Path, help="folder for the true values; not written if absent")
+    one.set_defaults(run=record)
+    one = parts.add_parser("plain", help=plain.__doc__)
+    one.add_argument("recording", type=Path, help="recording, with its held-out one beside it")
+    one.add_argument("fit", type=Path, help="file to write; the nominal machine goes into a second one")
+    one.set_defaults(run=plain)
+    one = parts.add_parser("judge", help=judged.__doc__)
+    one.add_argument("truth", type=Path, help="file of --disclose")
+    one.add_argument("fit", type=Path, help="fit in the form that `form` prints")
+    one.add_argument("held_out", type=Path, help="held-out recording")
+    one.set_defaults(run=judged)
+    one = parts.add_parser("form", help="Print the form of a fit.")
+    one.set_defaults(run=lambda _options: print(FORM))
+    options = parser.parse_args()
+    options.run(options)
+
+
+if __name__ == "__main__":
+    main()
