@@ -18,7 +18,8 @@ OTHER: dict[object, Any] = {int: 3, float: 0.5, str: "K7", Path: Path("a/b")}
 MANY = {
     "levels": (1, 3), "plan_workers": (5, 6), "methods": ("gradient",), "profiles": ("qdd",), "gains": (1.5, 2.0),
     "participants": (2, 1), "sessions": (3, 2), "compared": (2, 2), "aircraft": (4000,), "constants": {"width": 0.5},
-    "files": (Path("a.mcap"), Path("b.mcap")), "unloaded": (Path("a.csv"), Path("b.csv")),
+    "files": (Path("a.mcap"), Path("b.mcap")), "recordings": (Path("a.mcap"), Path("b.mcap")),
+    "unloaded": (Path("a.csv"), Path("b.csv")),
 }  # fmt: skip
 
 

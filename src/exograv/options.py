@@ -186,6 +186,17 @@ World = Annotated[
         "sizes, a world changes laws."
     ),
 ]
+TwinName = Literal["drawn", "fitted"]
+"""Machine of the twin: drawn from usual values of its kind, or from its own file twin.toml."""
+
+TwinSource = Annotated[
+    TwinName,
+    tyro.conf.arg(
+        name="twin",
+        help="Machine of the twin: drawn from usual values of such machines, or fitted: drawn from the posterior in "
+        "the twin.toml of the machine's folder (`exograv twin fit`).",
+    ),
+]
 AnySeed = Annotated[int, tyro.conf.arg(help="Seed of machine, wearer and run; the same seed gives the same figures.")]
 Seed = Annotated[AnySeed, Within(0)]
 Processes = Annotated[int, Within(1, 64)]

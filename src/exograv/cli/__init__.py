@@ -59,6 +59,8 @@ from exograv.cli.simulation.stimulus import run_stimulus_command
 from exograv.cli.simulation.sweep import run_sweep_command
 from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
+from exograv.cli.twin.compare import run_twin_compare
+from exograv.cli.twin.fit import run_twin_fit
 from exograv.errors import ConfigError, ExogravError
 from exograv.extras import missing_package
 from exograv.files import NO_ROOM
@@ -98,6 +100,10 @@ GROUPS: dict[str, Group] = {
             "motion": run_design_motion,
             "export": run_export_command,
         },
+    ),
+    "twin": Group(
+        "The twin of your own machine: fit it to recordings, and compare it with later ones.",
+        {"fit": run_twin_fit, "compare": run_twin_compare},
     ),
     "arm": Group(
         "An arm in a machine: identify, weigh, and verify it.",

@@ -30,7 +30,7 @@ from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording import RecordingWriter
 from exograv.recording.rounding import percentiles, rounded
 from exograv.results import json_value
-from exograv.rig.twin import day_seed
+from exograv.rig.twin import Disturbances, day_seed
 from exograv.storage.calibration_file import TakenCalibration, take_calibration
 from exograv.study.targets import TARGET_NM
 
@@ -66,7 +66,7 @@ from .result_rows import (
     time_to_target,
 )
 from .truth_score import Examination, TruthScore
-from .virtual_laboratory import VirtualLaboratory, draw_laboratory
+from .virtual_laboratory import VirtualLaboratory, draw_laboratory, with_twin
 
 FLOAT_S = 10.0
 WEIGHT_KG = (0.5, 1.0)  # Range of the known weight in the wearer's hand. The machine is built for 1 kg.
@@ -125,6 +125,8 @@ def run_demo(
         options.donning,
         options.world,
     )
+    disturbances = Disturbances.at_level(options.level, options.world)
+    laboratory = with_twin(laboratory, options.twin, disturbances, options.seed)
     refuse_motorless(laboratory.description)
     targets = [TARGET_NM[place] for place in laboratory.description.places]
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"

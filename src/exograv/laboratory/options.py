@@ -26,6 +26,7 @@ from exograv.options import (
     Seed,
     SideOption,
     TwinOptions,
+    TwinSource,
     Within,
     World,
     WornOptions,
@@ -51,6 +52,7 @@ class IdentifyOptions(Options):
     side: SideOption = None
     level: Level = 2
     world: World = "home"
+    twin: TwinSource = "drawn"
 
     method: MethodName = "recursive"
     """Method that identifies the arm: ours, the paper's, or the table alone."""
@@ -101,6 +103,7 @@ class ArmOptions(IdentifyOptions, WornOptions):
     level: Annotated[Level, ON_SIMULATED] = 2
     world: Annotated[World, ON_SIMULATED] = "home"
     seed: Annotated[Seed, ON_SIMULATED] = 0
+    twin: Annotated[TwinSource, ON_TWIN] = "drawn"
 
     method: Annotated[MethodName, ON_TWIN] = "recursive"
     """Method that identifies the arm: ours, the paper's, or the table alone. On drives it is always ours."""
@@ -171,6 +174,7 @@ class TransparencyOptions(Options):
     side: OneSideOption = None
     level: Level = 2
     world: World = "home"
+    twin: TwinSource = "drawn"
     seed: Seed = 0
 
     machines: Annotated[int, Within(1, 100, "1 to 100. Goals are judged by at least 5.")] = 5
@@ -196,6 +200,7 @@ class DriveSimOptions(Options):
 
     level: Level = 0
     world: World = "home"
+    twin: TwinSource = "drawn"
     seed: Seed = 0
 
     worn: bool = False

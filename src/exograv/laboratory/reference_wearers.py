@@ -72,7 +72,7 @@ def compare(options: DemoOptions, is_fresh: bool, joints: Sequence[str], left_ov
             "has no comparison."
         )
     is_usual = options.side is None and options.wearer_model is None and options.donning == 0
-    if not (is_fresh and is_usual and options.world == "home"):
+    if not (is_fresh and is_usual and options.world == "home" and options.twin == "drawn"):
         return WearerComparison(
             "This run has no comparison. The runs to compare with use the machine's first side, its own calibration, "
             "the usual arm model and laws, and an arm that is not known yet. This run differs in one of these."

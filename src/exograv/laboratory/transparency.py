@@ -114,7 +114,8 @@ def _run_rig(
             note(f"{description.name}, machine {k + 1} of {len(seeds)}: {text}", (k + share) / len(seeds))
 
         try:
-            of_machine = run_trial(TransparencyTrial(description, options.level, seed, options.world), movement, tell)
+            trial = TransparencyTrial(description, options.level, seed, options.world, options.twin)
+            of_machine = run_trial(trial, movement, tell)
         except ExogravError as error:
             raise type(error)(f"{description.name}, seed {seed}: {error}") from error
         for condition, effort in of_machine.items():

@@ -9,7 +9,7 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.loop.output_feedback import Controller, NoTorque
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
-from exograv.options import WorldName
+from exograv.options import TwinName, WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Disturbances
 from exograv.rig.twin.behaviour.internal_model import in_gravity, out_of_the_machine
@@ -19,7 +19,7 @@ from .effort import Effort, Note, Performer, WearerExperience
 from .ideal_knowledge import ideal_knowledge
 from .movements import WantedMovement
 from .preparation import Preparation, prepare
-from .virtual_laboratory import VirtualLaboratory, laboratory_at
+from .virtual_laboratory import VirtualLaboratory, laboratory_at, with_twin
 
 CONDITIONS: Mapping[str, str] = {
     "uncompensated": "motors off",
@@ -48,11 +48,13 @@ class TransparencyTrial:
     level: int
     seed: int
     world: WorldName = "home"
+    twin: TwinName = "drawn"
 
     def laboratory(self, *off: str) -> VirtualLaboratory:
         """Draw the laboratory with the disturbances in `off` switched off. All others stay the same."""
         disturbances = Disturbances.at_level(self.level, self.world).without(*off)
-        return laboratory_at(self.description, disturbances, self.seed, self.seed)
+        drawn = laboratory_at(self.description, disturbances, self.seed, self.seed)
+        return with_twin(drawn, self.twin, disturbances, self.seed)
 
 
 def run_trial(trial: TransparencyTrial, movement: WantedMovement, progress: Progress) -> dict[str, Effort]:

@@ -1,6 +1,6 @@
 """Virtual wearer in a virtual machine, and the data about both that the controller receives."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
-from exograv.options import Side, WorldName
+from exograv.options import Side, TwinName, WorldName
 from exograv.rig.twin import (
     Disturbances,
     Machine,
@@ -29,6 +29,9 @@ from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, worn_i
 from exograv.rig.twin.foreign_arm.wearer_model import MAP_MISSING
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.calibration_file import twin_identity
+from exograv.storage.twin_file import read_twin
+
+from .fitted_machine import fitted_identity, fitted_machine
 
 
 @dataclass(frozen=True)
@@ -152,3 +155,29 @@ def laboratory_at(
         skeleton = foreign.skeleton
         wearer = draw_wearer(disturbances, wearer_seed, skeleton.side, foreign.body, skeleton=skeleton)
     return VirtualLaboratory(description, machine, wearer, foreign, world=disturbances.world)
+
+
+def machine_of(description: RigDescription, disturbances: Disturbances, seed: int, twin: TwinName) -> Machine:
+    """Draw a machine: from usual values of its kind, or from the posterior of its fitted twin.
+
+    Raises:
+        ConfigError: The machine has no fitted twin, and `twin` asks for it.
+    """
+    if twin == "drawn":
+        return draw_machine(description, disturbances, seed)
+    return fitted_machine(description, read_twin(description), disturbances, seed)
+
+
+def with_twin(
+    laboratory: VirtualLaboratory, twin: TwinName, disturbances: Disturbances, seed: int
+) -> VirtualLaboratory:
+    """Return the laboratory with the machine of this twin; the wearer stays.
+
+    Raises:
+        ConfigError: The machine has no fitted twin, and `twin` asks for it.
+    """
+    if twin == "drawn":
+        return laboratory
+    whole = read_twin(laboratory.description)
+    machine = fitted_machine(laboratory.description, whole, disturbances, seed)
+    return replace(laboratory, machine=machine, serial=fitted_identity(whole, seed))

@@ -9,10 +9,10 @@ from exograv.errors import RecordingError
 
 NAMES = {
     "time": ("t", "time", "times", "timestamp", "time_s", "sec"),
-    "positions": ("q", "position", "pos", "actual_q", "q_actual", "joint_position"),
+    "positions": ("q", "position", "pos", "actual_q", "q_actual", "q_measured", "joint_position"),
     "velocities": ("v", "qd", "dq", "velocity", "vel", "actual_qd", "qd_actual", "joint_velocity"),
     "currents": ("i", "current", "actual_current", "motor_current", "joint_current"),
-    "torques": ("tau", "torque", "effort", "actual_torque", "measured_torque", "joint_torque"),
+    "torques": ("tau", "torque", "effort", "tau_measured", "actual_torque", "measured_torque", "joint_torque"),
 }
 """Usual names of columns, without the number or name of the joint."""
 
@@ -56,7 +56,7 @@ def chosen_columns(choice: str, header: Sequence[str] | None, joints: Sequence[s
         if word.isdecimal() and int(word) > 0:
             places += range(int(word) - 1, int(word) - 1 + count)
             continue
-        found = None if header is None else _named(header, (word,), joints if count > 1 or "*" in word else None)
+        found = None if header is None else named_columns(header, (word,), joints if count > 1 or "*" in word else None)
         if found is None:
             there = "it has no header" if header is None else f"columns there: {', '.join(header)}"
             raise RecordingError(f"{path}: no columns '{word}' for {count} joints; {there}.")
@@ -67,15 +67,15 @@ def chosen_columns(choice: str, header: Sequence[str] | None, joints: Sequence[s
 def header_columns(header: Sequence[str], joints: Sequence[str], is_torque: bool) -> Columns | None:
     """Columns by the usual names of a header; None if the header does not name all of them."""
     efforts = NAMES["torques" if is_torque else "currents"]
-    groups = [_named(header, NAMES["time"], None)]
-    groups += [_named(header, names, joints) for names in (NAMES["positions"], NAMES["velocities"], efforts)]
+    groups = [named_columns(header, NAMES["time"], None)]
+    groups += [named_columns(header, names, joints) for names in (NAMES["positions"], NAMES["velocities"], efforts)]
     if any(group is None for group in groups):
         return None
     return Columns(tuple(place for group in groups if group is not None for place in group))
 
 
-def _named(header: Sequence[str], stems: Sequence[str], joints: Sequence[str] | None) -> list[int] | None:
-    """Places of the columns with one of these stems, one per joint; of one column if `joints` is None."""
+def named_columns(header: Sequence[str], stems: Sequence[str], joints: Sequence[str] | None) -> list[int] | None:
+    """Return the places of the columns with one of these stems, one per joint; of one column if `joints` is None."""
     plain = [_plain(name) for name in header]
     for stem in stems:
         if joints is None:

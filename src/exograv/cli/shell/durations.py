@@ -228,6 +228,8 @@ DURATIONS: dict[str, Seconds] = {
     "rig self-test": _self_test,
     "rig accept": _accept,
     "rig motion": lambda options: 15.0 + min(options.seconds, 25.0 * (options.starts + 1)),
+    "twin fit": lambda options: _by_size(options, 0.5, "recordings"),
+    "twin compare": lambda options: 4.0 + 0.15 * options.seconds,
     "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
     "arm weigh": lambda options: _prepared(options) + WEIGHED_S,

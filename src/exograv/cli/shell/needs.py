@@ -29,6 +29,8 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "run mirror": ("twin",),
     "run support-level": ("twin", "study"),
     "study add": ("study",),
+    "twin fit": ("control", "recording"),
+    "twin compare": ("twin",),
     "study example": ("twin", "study"),
     "study report": ("study",),
     "study simulate": ("twin", "study"),

@@ -20,6 +20,7 @@ from exograv.options import (
     PersonCode,
     Seed,
     StreamNames,
+    TwinSource,
     Within,
     WornOptions,
     foreign_world,
@@ -67,6 +68,7 @@ class TrainOptions(WornOptions):
     process shows it the participant's page, and makes its touches there."""
 
     side: OneSideOption = None
+    twin: Annotated[TwinSource, ON_TWIN] = "drawn"
     seed: Annotated[Seed, Within(0, 2**31), ON_SIMULATED] = 0
     donning: Annotated[Donning, ON_SIMULATED] = 0
     calibration: Path | None = None
@@ -122,7 +124,8 @@ class TrainOptions(WornOptions):
         """Options that must be the same when a run is continued."""
         clock: OptionRecord = {"virtual_clock": True} if self.virtual_clock else {}
         flight: OptionRecord = {} if self.aircraft_file is None else {"aircraft_file": str(self.aircraft_file)}
-        return foreign_world(self.world) | clock | flight | {
+        fitted: OptionRecord = {} if self.twin == "drawn" else {"twin": self.twin}
+        return foreign_world(self.world) | fitted | clock | flight | {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
             "side": self.side, "level": self.level, "seed": self.seed,
             "donning": self.donning, "windows": self.windows,

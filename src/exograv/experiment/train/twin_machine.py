@@ -15,7 +15,7 @@ from exograv.laboratory.participant.twin_seat import TwinSeat
 from exograv.laboratory.participant.virtual_participant import PointingPerson
 from exograv.laboratory.preparation import Preparation, unit_gains, worn_twin
 from exograv.laboratory.provenance import run_settings
-from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.laboratory.virtual_laboratory import draw_laboratory, with_twin
 from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import NoTorque
 from exograv.loop.pilot import Pilot, Progress
@@ -26,7 +26,7 @@ from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.procedures.self_test.machine_test import test_machine
 from exograv.recording import RecordingWriter
 from exograv.results import JsonObject
-from exograv.rig.twin import Twin, day_seed
+from exograv.rig.twin import Disturbances, Twin, day_seed
 from exograv.safety.envelope import Envelope
 from exograv.storage.calibration_file import take_calibration
 from exograv.storage.session_checkpoint import KeptSession, LearnedState
@@ -58,9 +58,11 @@ class TwinMachine:
             ConfigError: The machine cannot be read.
         """
         self._options, self._protocol, self._progress = options, protocol, progress
-        self._laboratory = draw_laboratory(
+        drawn = draw_laboratory(
             rig, options.side, options.level, options.seed, donning=options.donning, world=options.world
         )
+        disturbances = Disturbances.at_level(options.level, options.world)
+        self._laboratory = with_twin(drawn, options.twin, disturbances, options.seed)
         self.day, self._room = day_seed(options.seed, options.donning), SimulatedRoom()
         self.description, self.screen = self._laboratory.description, self._room.calibration
         self._assembly = self._laboratory.assembly()

@@ -1,16 +1,17 @@
 """Fit of the model of an empty machine to its sweeps: Gauss–Newton, maximum a posteriori."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from exograv import kernel
 from exograv.identification.core.correlation import integrated_correlation
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
 from .empty_model import AGE_S, compile_model
-from .empty_prior import COULOMB, EmptyPrior, Unknowns, data_sheet_prior, usual_friction
+from .empty_prior import COULOMB, PER_JOINT, EmptyPrior, Unknowns, data_sheet_prior, usual_friction
 
 V_CLEAR = 0.04
 """Speed below which samples are left out, because friction has no clear direction [rad/s]."""
@@ -56,11 +57,18 @@ class Sweeps:
     start: Bool[np.ndarray, " sample"]
     """True if the row is a start from rest."""
 
+    v_clear: float = field(default=V_CLEAR, kw_only=True)
+    """Speed below which samples are left out [rad/s]."""
+
+    slides: Bool[np.ndarray, "sample joint"] | None = field(default=None, kw_only=True)
+    """True where a joint has gone far enough since its last reversal for its whole friction; None if not known."""
+
     @property
     def clear(self) -> Bool[np.ndarray, "sample joint"]:
         """True where friction has a clear direction."""
-        slowest = np.where(self.start[:, None], 0.0, np.maximum(V_CLEAR, SINCE_TURN_S * np.abs(self.a)))
-        return np.abs(self.v) > slowest
+        slowest = np.where(self.start[:, None], 0.0, np.maximum(self.v_clear, SINCE_TURN_S * np.abs(self.a)))
+        is_fast = np.abs(self.v) > slowest
+        return is_fast if self.slides is None else is_fast & self.slides
 
 
 @dataclass(frozen=True)
@@ -103,9 +111,9 @@ class Fit:
 class EmptyMachine:
     """Model of an empty machine, compiled once, with the fit to its sweeps."""
 
-    def __init__(self, description: RigDescription, tree: Tree):
+    def __init__(self, description: RigDescription, tree: Tree, per_joint: tuple[str, ...] = PER_JOINT):
         self.description = description
-        self.prior = data_sheet_prior(description, tree)
+        self.prior = data_sheet_prior(description, tree, per_joint)
         self._start_sd = START_SD * usual_friction(description, COULOMB)[0]
         self.batch = compile_model(description, tree, self.prior.layout)
 
@@ -127,15 +135,26 @@ class EmptyMachine:
         moving = clear & ~sweeps.start[:, None]
         return Fit(prior, theta, covariance, _noise(left.residual, moving), _noise(left.with_ripple, moving))
 
+    def residual(self, sweeps: Sweeps, theta: Unknowns, t_end: float) -> Samples:
+        """Nominal torque of samples that the parameters leave unexplained [N·m]; ages count back from `t_end` [s]."""
+        samples = self._bound(sweeps, t_end)
+        samples.inputs["theta"][:] = theta
+        samples()
+        return self.description.nominal_gain * sweeps.current - samples.outputs["tau"].T
+
+    def _bound(self, sweeps: Sweeps, t_end: float) -> kernel.BoundBatch:
+        samples = self.batch.bind(len(sweeps.q))
+        for name in ("q", "v", "a", "hung"):
+            samples.inputs[name][...] = getattr(sweeps, name).T
+        samples.inputs["age"][...] = (t_end - sweeps.t) / AGE_S
+        return samples
+
     def _descend(
         self, sweeps: Sweeps, prior: EmptyPrior, theta: Unknowns, weight: Samples
     ) -> tuple[Unknowns, Float[np.ndarray, "unknown unknown"], "_Left"]:
         """Run Gauss–Newton from `theta` to the optimum; each sample and joint has its weight [1/(N·m)]."""
         tau_nominal = self.description.nominal_gain * sweeps.current
-        samples = self.batch.bind(len(sweeps.q))
-        for name in ("q", "v", "a", "hung"):
-            samples.inputs[name][...] = getattr(sweeps, name).T
-        samples.inputs["age"][...] = (sweeps.t[-1] - sweeps.t) / AGE_S
+        samples = self._bound(sweeps, float(sweeps.t[-1]))
         by_prior, prior_sd = np.linalg.inv(prior.covariance), np.sqrt(np.diag(prior.covariance))
         covariance = prior.covariance
         tau, derivative, residual = samples.outputs["tau"], samples.outputs["derivative"], np.empty_like(tau_nominal)

@@ -10,7 +10,7 @@ from exograv.dynamics.rnea import rnea
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree, inertial_parameters
 
-from .empty_prior import PER_JOINT, EmptyLayout
+from .empty_prior import EmptyLayout
 
 AGE_S = 600.0
 """Unit in which the age of a sample is counted, for the friction of a drive that warms up [s]."""
@@ -39,7 +39,7 @@ def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout
     q, v, a = (ca.SX.sym(name, n) for name in ("q", "v", "a"))
     age, hung = ca.SX.sym("age"), ca.SX.sym("hung", len(mounts) * layout.weights)
     theta = ca.SX.sym("theta", layout.links.stop)
-    unknown = {name: theta[layout.of(name)] for name in PER_JOINT}
+    unknown = {name: theta[layout.of(name)] for name in layout.per_joint}
     phi = ca.reshape(theta[layout.links], 10, n)
     masses = ca.reshape(hung, layout.weights, len(mounts)).T @ (
         theta[layout.weight] * ca.DM(description.calibration.weights_kg)
@@ -63,9 +63,13 @@ def _friction(unknown: dict[str, ca.SX], age: ca.SX, v: ca.SX, load: ca.SX) -> c
     """Friction (joint,) [N·m] at the age of a sample; breakaway also applies to the parts by load and direction."""
     coulomb = unknown["coulomb"] * (1 + age * unknown["coulomb_warming"])
     none = ca.SX.zeros(v.numel())
+    viscous = unknown["viscous"] * (1 + age * unknown["viscous_warming"])
+    if "viscous_power" in unknown:
+        # The samples have a clear direction: the power of a speed of zero does not occur.
+        viscous *= ca.fmax(ca.fabs(v), V_SHARP) ** (unknown["viscous_power"] - 1)
     friction = Friction(
         coulomb + unknown["asymmetry"] * ca.sign(v) + unknown["load_share"] * ca.fabs(load),
-        unknown["viscous"] * (1 + age * unknown["viscous_warming"]),
+        viscous,
         unknown["breakaway"],
         none,
         none,

@@ -25,6 +25,7 @@ ROTOR_SD = 0.4  # share
 WARMING_SD = (
     0.15  # share by which friction falls in ten minutes: a tenth to a fifth in half an hour, most of it at first
 )
+VISCOUS_POWER_SD = 0.3  # of the exponent of speed in viscous friction, which is 1 for a Newtonian grease
 OFFSET_SD = np.deg2rad(0.7)  # of an encoder whose zero is set at a jig or a stop
 LINK_MASS_SD = 0.04  # share: links against their drawings
 LINK_CENTRE_SD_M = 0.004
@@ -32,7 +33,7 @@ LINK_INERTIA_SD = 0.10  # share of the mean moment
 TILT_SD = np.deg2rad(1.0)  # of a base that is set up by eye and a spirit level
 WEIGHT_SD = 0.002  # share: a known weight is put on a scale before it hangs
 
-PER_JOINT = (
+PER_JOINT: tuple[str, ...] = (
     "inverse_gain", "coulomb", "viscous", "load_share", "asymmetry", "rotor", "breakaway", "log_v_stribeck",
     "coulomb_warming", "viscous_warming", "offset", "ripple_sine", "ripple_cosine",
 )  # fmt: skip
@@ -45,20 +46,22 @@ Unknowns = Float[np.ndarray, " unknown"]
 
 @dataclass(frozen=True)
 class EmptyLayout:
-    """Slices of the unknowns: per joint in the order of `PER_JOINT`, tilt, shares of the weights, links."""
+    """Slices of the unknowns: per joint in the order of `per_joint`, tilt, shares of the weights, links."""
 
     joints: int
     weights: int
+    per_joint: tuple[str, ...] = PER_JOINT
+    """Names of the unknowns of every joint."""
 
     def of(self, name: str) -> slice:
         """Slice of the unknown `name` of all joints."""
-        k = PER_JOINT.index(name)
+        k = self.per_joint.index(name)
         return slice(k * self.joints, (k + 1) * self.joints)
 
     @property
     def tilt(self) -> slice:
         """Slice of the direction of gravity: its horizontal components, divided by its magnitude (2,) [-]."""
-        start = len(PER_JOINT) * self.joints
+        start = len(self.per_joint) * self.joints
         return slice(start, start + 2)
 
     @property
@@ -103,8 +106,8 @@ def usual_friction(
     return mean, sd
 
 
-def data_sheet_prior(description: RigDescription, tree: Tree) -> EmptyPrior:
-    """Prior from the URDF, `rig.toml` and usual values of such drives."""
+def data_sheet_prior(description: RigDescription, tree: Tree, per_joint: tuple[str, ...] = PER_JOINT) -> EmptyPrior:
+    """Prior from the URDF, `rig.toml` and usual values of such drives, for these unknowns of every joint."""
     n, weights = len(tree.joints), len(description.calibration.weights_kg)
     kinds = [actuator.drive for actuator in description.settings.actuators]
     rotor = description.per_actuator("rotor_inertia_kgm2")
@@ -124,12 +127,13 @@ def data_sheet_prior(description: RigDescription, tree: Tree) -> EmptyPrior:
         "coulomb_warming": (0 * one, WARMING_SD * one),
         "viscous_warming": (0 * one, WARMING_SD * one),
         "offset": (0 * one, OFFSET_SD * one),
+        "viscous_power": (one, VISCOUS_POWER_SD * one),
     }
-    means, sds = zip(*(rows[name] for name in PER_JOINT), strict=True)
+    means, sds = zip(*(rows[name] for name in per_joint), strict=True)
     mean = np.concatenate([*means, np.zeros(2), np.ones(weights), tree.phi.ravel()])
     sd = np.concatenate([*sds, np.full(2, TILT_SD), np.full(weights, WEIGHT_SD)])
     links = [_link_covariance(phi) for phi in tree.phi]
-    return EmptyPrior(EmptyLayout(n, weights), mean, np.asarray(block_diag(np.diag(sd**2), *links)))
+    return EmptyPrior(EmptyLayout(n, weights, per_joint), mean, np.asarray(block_diag(np.diag(sd**2), *links)))
 
 
 def _link_covariance(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, "10 10"]:

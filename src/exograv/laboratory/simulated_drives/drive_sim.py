@@ -13,7 +13,7 @@ from exograv.laboratory.attentive_wearer import AttentiveHold
 from exograv.laboratory.cooperative_wearer import ArmHold
 from exograv.laboratory.dummy_arm import with_dummy
 from exograv.laboratory.options import DriveSimOptions
-from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, machine_of, with_twin
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
@@ -26,7 +26,7 @@ from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.simulated.opening import simulated_devices
 from exograv.rig.drives.simulated.plant import Plant, Wiring
-from exograv.rig.twin import Disturbances, Twin, draw_machine
+from exograv.rig.twin import Disturbances, Twin
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode
 from exograv.task.protocol import load_protocol
@@ -115,10 +115,14 @@ def front_end(bus: Bus, drives: Drives) -> Callable[..., SimulatedDevices]:
 
 def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives, wiring: dict[str, Wiring]) -> Plant:
     if not options.worn:
-        machine = draw_machine(description, Disturbances.at_level(options.level, options.world), options.seed)
+        machine = machine_of(
+            description, Disturbances.at_level(options.level, options.world), options.seed, options.twin
+        )
         twin = Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
         return Plant(twin, drives, wiring)
-    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world)
+    laboratory = _twin_of(
+        options, draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world)
+    )
     if options.dummy is not None:
         laboratory = with_dummy(laboratory, load_dummy(options.dummy), options.seed)
     twin = laboratory.twin(options.seed)
@@ -172,8 +176,13 @@ def _virtual_participant(options: DriveSimOptions) -> WearerBehindDrives | None:
     laboratory = draw_laboratory(
         options.rig, options.side, options.level, options.seed, donning=options.donning, world=options.world
     )
+    laboratory = _twin_of(options, laboratory)
     protocol = load_protocol(options.protocol).settings
     return WearerBehindDrives(laboratory, protocol, options)
+
+
+def _twin_of(options: DriveSimOptions, laboratory: VirtualLaboratory) -> VirtualLaboratory:
+    return with_twin(laboratory, options.twin, Disturbances.at_level(options.level, options.world), options.seed)
 
 
 def _welcoming(wearer: WearerBehindDrives, bench: SimulatedBench) -> Callable[[], bool]:

@@ -28,6 +28,8 @@ ASTRAY_RAD = np.deg2rad(8.0)
 ASTRAY_SHARE = 1.0 / 3.0
 """Share of the motor's torque. The PD of a light joint reaches it only at a larger error; a blocked joint reaches any
 error."""
+WEIGHT_EVENT, WEIGHT_TEXT = "weight", "{mass:g} kg at {mount}"
+"""Event of a recording from which on a known weight hangs at a mount; 0 kg after it is taken off."""
 LOWER_STEP_S = 0.02  # between two steps in which a weight is lowered
 WAIT_S = 0.1  # between two checks whether the operator is ready
 
@@ -139,9 +141,17 @@ class EmptyRun:
             self.pilot.run(self.controller, hold(q, lowers_s, dt), text, lower)
             # The time need not be a multiple of the step, and the listener skips ticks without a measurement.
             become(after)
+            self._record_weight(mount, after)
         self._hung[k] = 0.0
         if weight is not None:
             self._hung[k, weight] = 1.0
+
+    def _record_weight(self, mount: str, mass: float) -> None:
+        """Note the weight in the recording, for a later fit of the machine's twin."""
+        recording = self.pilot.recording
+        if recording is not None:
+            text = WEIGHT_TEXT.format(mass=mass, mount=mount)
+            recording.write("/event", self.pilot.rig.read().t, {"kind": WEIGHT_EVENT, "text": text})
 
 
 class _Watch:

@@ -31,6 +31,12 @@ GEAR_DAMPING_RATIO = 0.02
 FRICTION_FLOOR = 0.1
 """Smallest share of Coulomb friction that is left where ripple lowers it [-]."""
 
+SLOWEST = 1e-2
+"""Speed below which viscous friction is proportional to the speed, whatever its power [rad/s].
+
+At a lower one the slope of a small power would be too steep for the time step.
+"""
+
 DRIVE_STATES = ("bristle", "theta", "omega", "tau_motor")
 """Bristle deflection [rad]; position [rad] and speed [rad/s] of a rotor behind its gear; motor torque [N·m]."""
 
@@ -160,7 +166,7 @@ def foreign_friction(
     """Torque that friction takes from the motion by the law of a foreign world, and its next state (element,)."""
     friction = machine.friction
     coulomb = float(friction.coulomb[joint])
-    viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * now.warmth) * now.omega
+    viscous = _viscous_friction(machine, joint, now)
     if coulomb == 0.0:
         return ForeignStep(viscous, forces)
     further = coulomb * laws.further_ripple(joint, machine.drives.gear_ratio[joint] * now.theta)
@@ -178,7 +184,7 @@ def foreign_friction(
 def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: FrictionState, dt: float) -> tuple[ca.SX, ca.SX]:
     """Torque [N·m] that friction takes from the motion, with its sign, and the new bristle deflection [rad]."""
     friction = machine.friction
-    viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * now.warmth) * now.omega
+    viscous = _viscous_friction(machine, joint, now)
     if friction.coulomb[joint] == 0.0:
         return viscous, bristle
     stiffness, damping = bristle_law(machine, joint)
@@ -189,6 +195,15 @@ def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: FrictionSta
     mean = ca.if_else(decay < 1e-6, 1.0 - 0.5 * decay, (1.0 - ca.exp(-decay)) / ca.fmax(decay, 1e-6))
     bristle_next = bristle * ca.exp(-decay) + now.omega * dt * mean
     return stiffness * bristle_next + damping * (bristle_next - bristle) / dt + viscous, bristle_next
+
+
+def _viscous_friction(machine: Machine, joint: int, now: FrictionState) -> ca.SX:
+    """Friction that grows with speed, with the sign of the speed [N·m]."""
+    friction = machine.friction
+    viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * now.warmth) * now.omega
+    if friction.viscous_power is None or friction.viscous_power[joint] == 1.0:
+        return viscous
+    return viscous * ca.fmax(ca.fabs(now.omega), SLOWEST) ** (friction.viscous_power[joint] - 1.0)
 
 
 def sliding_friction(machine: Machine, joint: int, now: FrictionState, further: ca.SX | float = 0.0) -> ca.SX:

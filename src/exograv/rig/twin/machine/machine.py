@@ -1,5 +1,6 @@
 """True parameters of one machine: how drives, sensors and links deviate from data sheet and URDF."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +51,9 @@ class TrueFriction:
 
     warm_up: Joints
     """Share by which Coulomb and viscous friction fall in 30 min [-]."""
+
+    viscous_power: Joints | None = None
+    """Power of the speed in viscous friction [-]; None for 1."""
 
 
 @dataclass(frozen=True)
@@ -127,6 +131,10 @@ class Machine:
 
     foreign: ForeignDrives | None = None
     """Laws of the drives in a foreign world; None at home."""
+
+    links: Mapping[str, Float[np.ndarray, " 10"]] | None = None
+    """Inertial parameters of the body behind each joint, in the order of `model.tree.inertial_parameters`, with all
+    bodies that are fixed to it; None if they are those of the URDF with the errors of `link_error`."""
 
     def link_error(self, link: str) -> tuple[float, Float[np.ndarray, " 3"]]:
         """Factor on the mass of a link [-] and shift of its centre of mass in its frame [m]."""

@@ -40,7 +40,10 @@ def machine_spec(description: RigDescription, machine: Machine, lengths: Mapping
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     spec.option.gravity = machine.gravity
     _set_lengths(spec, description, lengths)
-    _build_with_errors(spec, machine)
+    if machine.links is None:
+        _build_with_errors(spec, machine)
+    else:
+        _build_with_links(spec, machine.links)
     _fit_joints(spec, description, machine)
     for mount in description.mounts:
         add_weight(spec.body(mount), weight_body(mount), np.zeros(3))
@@ -64,6 +67,24 @@ def _build_with_errors(spec: mujoco.MjSpec, machine: Machine) -> None:
             body.mass *= factor
             body.fullinertia = factor * np.asarray(body.fullinertia)
             body.ipos = np.asarray(body.ipos) + shift
+
+
+def _build_with_links(spec: mujoco.MjSpec, links: Mapping[str, Float[np.ndarray, " 10"]]) -> None:
+    """Give the body behind each joint all mass of the bodies that are fixed to it."""
+    for body in spec.bodies:
+        if body.explicitinertial:
+            body.mass, body.ipos, body.fullinertia = 0.0, np.zeros(3), np.zeros(6)
+    for joint in spec.joints:
+        phi = links.get(joint.name)
+        if phi is None:
+            continue
+        body, mass, com = joint.parent, float(phi[0]), np.asarray(phi[1:4]) / phi[0]
+        xx, xy, yy, xz, yz, zz = phi[4:]
+        about_joint = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        about_com = about_joint - mass * (com @ com * np.eye(3) - np.outer(com, com))
+        body.explicitinertial = True
+        body.mass, body.ipos = mass, com
+        body.fullinertia = about_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 
 
 def _fit_joints(spec: mujoco.MjSpec, description: RigDescription, machine: Machine) -> None:

@@ -1,0 +1,1 @@
+"""Commands for the twin of a machine."""

@@ -1,0 +1,76 @@
+"""Command `exograv twin fit` and the tables of its result."""
+
+from typing import TYPE_CHECKING
+
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.procedures.machine_twin.options import TwinFitOptions
+
+if TYPE_CHECKING:
+    from exograv.procedures.machine_twin.fit_command import FittedParameter, TwinFitResult
+
+COLUMNS = {
+    "inverse_gain": "1/gain\nnominal",
+    "coulomb": "Coulomb\nN·m",
+    "viscous": "viscous\nN·m·s",
+    "breakaway": "break-\naway",
+    "load_share": "load\nshare",
+    "asymmetry": "asym.\nN·m",
+    "rotor": "rotor\nkg·m²",
+}
+"""Headings of the parameters in the table."""
+
+
+def run_twin_fit(options: TwinFitOptions, common: OutFolder) -> "TwinFitResult":
+    """Fit the twin of a machine to recordings of it empty: links, friction, rotors, delay, noise, with intervals."""
+    from exograv.cli.shell.terminal import bars, say, say_unbroken
+    from exograv.procedures.machine_twin.fit_command import fit_and_write
+
+    refuse_unwritable(common.out / "twin.toml", "--out")
+    with bars() as progress:
+        result = fit_and_write(options, common.out, progress)
+    show_fit(result)
+    say("The machine with its twin is in")
+    say_unbroken(str(result.folder))
+    say(f"Next: exograv demo {result.folder} --twin fitted")
+    return result
+
+
+def show_fit(result: "TwinFitResult") -> None:
+    """Print residuals against noise, parameters with intervals, and what further motion would tell."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from exograv.cli.shell.terminal import say
+
+    console = Console()
+    table = Table(title=f"Residual torque on the held-out {result.held_out_s:.0f} s, N·m")
+    for heading in ("joint", "law of friction"):
+        table.add_column(heading)
+    for heading in ("per tick", "noise", "over\nnoise", "below\n7 Hz"):
+        table.add_column(heading, justify="right")
+    for row in result.held_out:
+        values = (row.rms_Nm, row.noise_Nm, row.over_noise, row.slow_rms_Nm)
+        table.add_row(row.joint.replace("_", "\n"), row.law, *(f"{value:.3g}" for value in values))
+    console.print(table)
+    table = Table(title="Parameters; 95 % intervals; share that the recordings tell below")
+    table.add_column("joint", min_width=9)
+    for heading in COLUMNS.values():
+        table.add_column(heading, justify="right")
+    for joint in (row.joint for row in result.held_out):
+        known = {row.parameter: row for row in result.parameters if row.joint == joint}
+        table.add_row(joint.replace("_", "\n"), *(_cell(known.get(name)) for name in COLUMNS))
+    console.print(table)
+    if result.delay_ms is not None and result.delay_ci95_ms is not None:
+        bandwidth = ", ".join("–" if value is None else f"{value:.0f}" for value in result.bandwidth_Hz)
+        low, high = result.delay_ci95_ms
+        say(f"Delay {result.delay_ms:.2f} ms (95 %: {low:.2f} to {high:.2f}); bandwidth {bandwidth} Hz.")
+    for line in (*result.warnings, *result.further_motion):
+        say(line)
+    say(f"{result.recorded_s:.0f} s of recordings, fitted in {result.wall_s:.0f} s.")
+
+
+def _cell(row: "FittedParameter | None") -> str:
+    if row is None:
+        return "–"
+    half = 0.5 * (row.ci95[1] - row.ci95[0])
+    return f"{row.estimate:.3g}\n±{half:.1g}\n{row.learned:.0%}"

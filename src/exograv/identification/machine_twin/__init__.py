@@ -1,0 +1,1 @@
+"""Identification of a machine's twin from recordings of the empty machine."""

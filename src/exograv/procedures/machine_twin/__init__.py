@@ -1,0 +1,1 @@
+"""Twin of a machine from its recordings."""

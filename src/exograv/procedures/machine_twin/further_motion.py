@@ -1,0 +1,70 @@
+"""Motion that would tell what the recordings of a machine do not."""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.identification.machine_twin.friction_laws import LAWS
+from exograv.identification.machine_twin.machine_fit import MachineFit
+from exograv.model.description import RigDescription
+
+GAIN_SURE = 0.015
+"""Relative standard deviation of a gain below which a known weight adds little [-]."""
+
+ROTOR_SURE = 0.025
+"""Relative standard deviation of a rotor inertia below which faster reversals add little [-]."""
+
+VISCOUS_SURE = 0.05
+"""Standard deviation of viscous friction at the largest speed, over Coulomb friction [-]."""
+
+BREAKAWAY_SURE = 0.05
+"""Standard deviation of the breakaway ratio below which slower motion adds little [-]."""
+
+DELAY_SURE_S = 0.15e-3
+"""Standard deviation of the delay below which steps of the command add little [s]."""
+
+
+def further_motion(
+    description: RigDescription,
+    found: MachineFit,
+    axes: tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]],
+) -> list[str]:
+    """Advise on further recordings, one sentence per parameter that is not well known; empty if all are.
+
+    `axes` are the inertia about each axis and its standard deviation (joint,) [kg·m²].
+    """
+    layout, theta, sd = found.fit.prior.layout, found.fit.theta, found.fit.sd
+
+    def of(name: str) -> tuple[np.ndarray, np.ndarray]:
+        return theta[layout.of(name)], sd[layout.of(name)]
+
+    (gain, gain_sd), (rotor, rotor_sd), (coulomb, _) = of("inverse_gain"), of("rotor"), of("coulomb")
+    breakaway_sd, viscous_sd = of("breakaway")[1], of("viscous")[1]
+    told = []
+    for j, joint in enumerate(description.joints):
+        share = gain_sd[j] / gain[j]
+        if share > GAIN_SURE:
+            told.append(
+                f"The gain of '{joint}' is known to ±{1.96 * share:.1%}, by the drawings of the links alone: record a "
+                f"sweep of it with a known weight at {description.calibration.mount} (--weight FILE:MOUNT=KG)."
+            )
+        if rotor_sd[j] > ROTOR_SURE * abs(rotor[j]):
+            of_axis = axes[1][j] / axes[0][j]
+            start = f"The rotor inertia of '{joint}' is known to ±{1.96 * rotor_sd[j] / abs(rotor[j]):.0%}"
+            if of_axis < ROTOR_SURE:
+                told.append(
+                    f"{start}, rotor and links about its axis together to ±{1.96 * of_axis:.1%}: motion alone cannot "
+                    "separate the two. Enter the rotor's data sheet in rig.toml if it is known better."
+                )
+            else:
+                told.append(f"{start}: record quick reversals of it, with the joints behind it bent and stretched.")
+        if viscous_sd[j] * found.fastest[j] > VISCOUS_SURE * max(coulomb[j], 1e-9):
+            told.append(f"Viscous friction of '{joint}' is uncertain: record passes at two speeds far apart.")
+        if "breakaway" in LAWS[found.laws[j]] and breakaway_sd[j] > BREAKAWAY_SURE:
+            told.append(f"Slow friction of '{joint}' is uncertain: record it creeping at 0.02 to 0.1 rad/s, both ways.")
+    if not np.isfinite(found.response.delay_s):
+        told.append("The recordings hold no commands: delay and bandwidth stay usual ones. Record commanded torques.")
+    elif found.response.delay_sd_s > DELAY_SURE_S:
+        told.append(
+            f"The delay is known to ±{1.96e3 * found.response.delay_sd_s:.1f} ms: record steps of the commanded torque."
+        )
+    return told

@@ -1,0 +1,267 @@
+"""Recordings of an empty machine from several sources: exograv's MCAP, CSV with named columns, ROS recordings."""
+
+import csv
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.identification.machine_twin.measured_motion import MeasuredMotion
+from exograv.model.description import RigDescription
+from exograv.recording.joint_states import is_ros_recording, read_joint_states
+from exograv.recording.log_columns import NAMES, named_columns
+from exograv.recording.reader import Recording, read_recording
+
+PERIOD_MAX_S = 0.01
+"""Largest time between two ticks [s]: the sample filter has a corner of 7 Hz, and the delay is some milliseconds."""
+
+GAP_PERIODS = 5.0
+"""Time between two ticks that divides a recording, in periods [-]."""
+
+LOWERING_S = 1.2
+"""Time before the event of a weight in which it is lowered or lifted, and hangs in part [s]."""
+
+PIECE_LEAST_S = 2.0
+"""Shortest piece between two gaps that is used [s]."""
+
+WORN = frozenset({"take arm", "check arm", "rest", "identify", "verify", "check session", "float", "lay down", "weigh"})
+"""Phases of a recording in which an arm is in the machine; their ticks are left out."""
+
+ASKED_TORQUES = ("tau_commanded", "torque_commanded", "commanded_torque", "tau_cmd", "target_torque", "tau_desired")
+ASKED_CURRENTS = ("current_commanded", "i_commanded", "current_asked", "commanded_current", "i_cmd", "target_current")
+HUNG = ("weight_kg", "hung_kg", "known_weight_kg", "payload_kg")
+"""Names of columns of a CSV recording, without the number or name of the joint."""
+
+NEEDED = "time, q of each joint, and current or tau of each joint"
+
+
+@dataclass(frozen=True)
+class ReadRecording:
+    """Content of one recording of an empty machine."""
+
+    path: Path
+    motions: tuple[MeasuredMotion, ...]
+    """Pieces without a gap."""
+
+    sha256: str
+
+    @property
+    def seconds(self) -> float:
+        """Length of all pieces [s]."""
+        return sum(float(motion.t[-1] - motion.t[0]) for motion in self.motions)
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """Columns of a recording as they are stored, one row per tick."""
+
+    t: Float[np.ndarray, " tick"]
+    q: Float[np.ndarray, "tick joint"]
+    current: Float[np.ndarray, "tick joint"]
+    current_asked: Float[np.ndarray, "tick joint"]
+    hung: Float[np.ndarray, "tick hanging"]
+
+
+def read_motions(
+    description: RigDescription, paths: Sequence[Path], weights: Mapping[str, tuple[str, float]], *, is_torque: bool
+) -> tuple[ReadRecording, ...]:
+    """Read recordings of the empty machine.
+
+    Args:
+        description: The machine.
+        paths: The recordings.
+        weights: Mount and mass [kg] of the known weight that hangs during a whole recording, by its path as given.
+        is_torque: True if the efforts of ROS recordings are torques, and not currents.
+
+    Raises:
+        ConfigError: A mount is not one of the machine, or a weight is stated for a recording that is not given.
+        RecordingError: A recording cannot be read, or lacks a column, or is too slow.
+    """
+    unknown = set(weights) - {str(path) for path in paths}
+    if unknown:
+        raise ConfigError(
+            f"--weight names '{sorted(unknown)[0]}', which is none of the recordings: {', '.join(map(str, paths))}."
+        )
+    return tuple(_read(description, path, weights.get(str(path)), is_torque) for path in paths)
+
+
+def hung_row(description: RigDescription, mount: str, mass_kg: float) -> Float[np.ndarray, " hanging"]:
+    """Return a weight at a mount in the form of `Sweeps.hung` [-].
+
+    Raises:
+        ConfigError: The machine has no such mount.
+    """
+    if mount not in description.mounts:
+        raise ConfigError(f"No mount '{mount}' in {description.name}. Mounts: {', '.join(description.mounts)}.")
+    weights = description.calibration.weights_kg
+    row = np.zeros(len(description.mounts) * len(weights))
+    row[description.mounts.index(mount) * len(weights)] = mass_kg / weights[0]
+    return row
+
+
+def _read(description: RigDescription, path: Path, weight: tuple[str, float] | None, is_torque: bool) -> ReadRecording:
+    if not path.exists():
+        raise RecordingError(f"The recording {path} does not exist. Check its path.")
+    if path.suffix.lower() in (".csv", ".txt", ".tsv"):
+        columns = _of_csv(description, path)
+    elif is_ros_recording(path) and not _is_ours(path):
+        columns = _of_ros(description, path, is_torque)
+    else:
+        columns = _of_exograv(description, path)
+    if weight is not None:
+        columns.hung[:] = hung_row(description, *weight)
+    return ReadRecording(path, _pieces(path, columns), _digest(path))
+
+
+def _digest(path: Path) -> str:
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    digest = hashlib.sha256()
+    for file in files:
+        with file.open("rb") as stream:
+            digest.update(hashlib.file_digest(stream, "sha256").digest())
+    return digest.hexdigest()
+
+
+def _is_ours(path: Path) -> bool:
+    """Return True if the file has the format of exograv's recordings."""
+    if path.is_dir() or path.suffix != ".mcap":
+        return False
+    with path.open("rb") as stream:
+        head = stream.read(200)
+    return b"exograv recording" in head
+
+
+def _of_exograv(description: RigDescription, path: Path) -> _Columns:
+    recording = read_recording(path)
+    if recording.joints != description.joints:
+        raise RecordingError(
+            f"{path} has the joints {', '.join(recording.joints)}; {description.name} has "
+            f"{', '.join(description.joints)}. Give the machine of the recording."
+        )
+    ticks = recording.ticks[_of_empty_machine(recording)]
+    if not len(ticks):
+        raise RecordingError(
+            f"{path} has no tick of an empty machine: an arm is in it. Give a recording of a calibration, such as the "
+            "one that `exograv demo` writes."
+        )
+    current, tau = ticks["current"], ticks["tau_measured"].astype(float)
+    if not np.isfinite(current).any():
+        current = tau / description.nominal_gain
+    # A calibrated machine converts by its own gains, and both torques of a tick have been converted by the same.
+    gain = _ratio(tau, current, description.nominal_gain)
+    return _Columns(
+        ticks["t"].copy(), ticks["q_measured"].copy(), current.copy(), ticks["tau_commanded"] / gain,
+        _hung(description, recording, ticks["t"]),
+    )  # fmt: skip
+
+
+def _of_empty_machine(recording: Recording) -> np.ndarray:
+    """Return True for each tick outside the phases of an arm in the machine."""
+    numbers = [k for k, phase in enumerate(recording.messages("/phase"), start=1) if phase["name"] in WORN]
+    is_carrying = recording.ticks["arm_share"] > 0.0  # NaN where no arm is carried
+    return ~(np.isin(recording.ticks["phase"], numbers) | is_carrying)
+
+
+def _hung(description: RigDescription, recording: Recording, t: np.ndarray) -> np.ndarray:
+    """Return the known weights by the recording's events; NaN while one is lowered or lifted."""
+    hung = np.zeros((len(t), len(description.mounts) * len(description.calibration.weights_kg)))
+    for event in recording.messages("/event"):
+        told = re.fullmatch(r"(\d+\.?\d*) kg (?:at|on) (\S+)", event["text"])
+        if told is not None:
+            hung[t >= event["t"]] = hung_row(description, told[2], float(told[1]))
+            hung[(event["t"] - LOWERING_S <= t) & (t < event["t"])] = np.nan
+    return hung
+
+
+def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> _Columns:
+    states = read_joint_states(path, description.joints)
+    current = states.effort / description.nominal_gain if is_torque else states.effort
+    return _Columns(states.t, states.q, current, np.full_like(current, np.nan), _no_weight(description, len(states.t)))
+
+
+def _no_weight(description: RigDescription, ticks: int) -> np.ndarray:
+    return np.zeros((ticks, len(description.mounts) * len(description.calibration.weights_kg)))
+
+
+def _of_csv(description: RigDescription, path: Path) -> _Columns:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            head = stream.readline()
+            dialect = ";" if head.count(";") > head.count(",") else "\t" if "\t" in head else ","
+            names = next(csv.reader([head], delimiter=dialect), [])
+            values = np.loadtxt(stream, delimiter=dialect, ndmin=2)
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise RecordingError(f"{path} is no CSV with one line of names and numbers below: {error}.") from error
+    joints, gain = description.joints, description.nominal_gain
+
+    def group(stems: Sequence[str]) -> np.ndarray | None:
+        places = named_columns(names, stems, joints)
+        return None if places is None else values[:, places]
+
+    time, q, current, tau = named_columns(names, NAMES["time"], None), group(NAMES["positions"]), None, None
+    current, tau = group(NAMES["currents"]), group(NAMES["torques"])
+    if time is None or q is None or (current is None and tau is None) or values.shape[1] != len(names):
+        raise RecordingError(
+            f"{path} lacks columns for the joints {', '.join(joints)}: needed are {NEEDED}. Columns there: "
+            f"{', '.join(names)}. Name them as q_{joints[0]} or q_1."
+        )
+    used = tau / gain if current is None and tau is not None else current
+    assert used is not None
+    asked_tau, asked = group(ASKED_TORQUES), group(ASKED_CURRENTS)
+    if asked is None:
+        # As in exograv's own recordings, both torques are converted by the same gains.
+        by = gain if current is None or tau is None else _ratio(tau, current, gain)
+        asked = np.full_like(q, np.nan) if asked_tau is None else asked_tau / by
+    hung = _no_weight(description, len(q))
+    weight = named_columns(names, HUNG, None)
+    if weight is not None:
+        hung[:] = np.outer(values[:, weight[0]], hung_row(description, description.calibration.mount, 1.0))
+    return _Columns(values[:, time[0]], q, used, asked, hung)
+
+
+def _ratio(tau: np.ndarray, current: np.ndarray, nominal: np.ndarray) -> np.ndarray:
+    """Torque per current of each joint by the recording itself; the nominal one where there is no current."""
+    large = (np.abs(current) > 0.1 * np.nanmax(np.abs(current), axis=0)) & np.isfinite(tau)
+    ratio = nominal.copy()
+    for joint, rows in enumerate(large.T):
+        if rows.any():
+            ratio[joint] = np.median(tau[rows, joint] / current[rows, joint])
+    return ratio
+
+
+def _pieces(path: Path, columns: _Columns) -> tuple[MeasuredMotion, ...]:
+    """Divide a recording at its gaps, and put each piece on an even grid of time."""
+    t = columns.t
+    finite = np.isfinite(columns.q).all(axis=1) & np.isfinite(columns.current).all(axis=1) & np.isfinite(t)
+    rising = np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
+    kept = np.flatnonzero(finite & rising)
+    if len(kept) < 2:
+        raise RecordingError(f"{path} has {len(kept)} complete rows with rising time; a motion is needed.")
+    period_s = float(np.median(np.diff(t[kept])))
+    if period_s > PERIOD_MAX_S:
+        raise RecordingError(
+            f"{path}: ticks are {1e3 * period_s:.3g} ms apart; at most {1e3 * PERIOD_MAX_S:g} ms are allowed. "
+            "Record at 100 Hz or faster, with time in seconds."
+        )
+    ends = np.flatnonzero(np.diff(t[kept]) > GAP_PERIODS * period_s) + 1
+    parts = [part for part in np.split(kept, ends) if t[part[-1]] - t[part[0]] >= PIECE_LEAST_S]
+    if not parts:
+        raise RecordingError(f"{path} has no piece of {PIECE_LEAST_S:g} s without a gap.")
+    return tuple(_even(f"{path.name}, from {t[part[0]]:.1f} s", columns, part, period_s) for part in parts)
+
+
+def _even(name: str, columns: _Columns, part: np.ndarray, period_s: float) -> MeasuredMotion:
+    t = columns.t[part]
+    rows = (columns.q, columns.current, columns.current_asked, columns.hung)
+    if np.abs(np.diff(t) - period_s).max() < 0.02 * period_s:
+        return MeasuredMotion(name, t, *(values[part] for values in rows))
+    grid = t[0] + period_s * np.arange(int((t[-1] - t[0]) / period_s) + 1)
+    q, current, asked, hung = (
+        np.column_stack([np.interp(grid, t, column) for column in values[part].T]) for values in rows
+    )
+    return MeasuredMotion(name, grid, q, current, asked, hung)

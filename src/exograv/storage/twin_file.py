@@ -1,0 +1,184 @@
+"""File `twin.toml` of a machine's folder: the machine's twin from recordings, with covariance and provenance."""
+
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import AwareDatetime, Field, NonNegativeFloat, PositiveFloat
+
+from exograv.errors import ConfigError
+from exograv.identification.calibration.empty_prior import EmptyLayout
+from exograv.model.description import RigDescription
+from exograv.model.rig_settings import Settings
+
+from .calibration_file import identity_of, refuse_other_machine
+from .calibration_schema import Identity
+from .sealed_file import Sealed, read_sealed, write_sealed
+
+NAME = "twin.toml"
+"""Name of the file in the folder of a machine."""
+
+HEAD = """\
+# Twin of a machine, written by `exograv twin fit` (docs/howto/twin.md). Each value has its standard deviation beside it
+# (_sd); [posterior] has the covariance of all of them. Do not edit: a changed file is refused.
+"""
+
+MAKE = "Fit it: `exograv twin fit RIG RECORDINGS`, and give the folder that it writes as the machine."
+
+Numbers = list[float]
+
+
+class FittedRecording(Settings):
+    """Recording to which the twin was fitted."""
+
+    file: str
+    sha256: str
+    seconds: NonNegativeFloat
+    """Length of the used part [s]."""
+
+
+class Provenance(Settings):
+    """Origin of the values."""
+
+    at_utc: AwareDatetime
+    exograv: str
+    """Version of exograv."""
+    held_out_s: NonNegativeFloat
+    """Length of the part of the recordings that validated the fit [s]."""
+    lengths_m: dict[str, PositiveFloat]
+    """Lengths to which the machine was set, by segment."""
+    recordings: Annotated[list[FittedRecording], Field(min_length=1)]
+
+
+class FittedDrive(Settings):
+    """Response of one joint's drive to its commands."""
+
+    joint: str
+    bandwidth_Hz: PositiveFloat
+    bandwidth_sd_log: NonNegativeFloat
+    """Standard deviation of the natural logarithm of the bandwidth."""
+    damping: NonNegativeFloat
+    """Damping ratio of a lag of second order; 0 for a first order."""
+    first_order_Hz: PositiveFloat
+    """Bandwidth of the nearest lag of first order, which the simulated drive has."""
+
+
+class FittedJoint(Settings):
+    """Joint with its drive and its sensors."""
+
+    joint: str
+    law: str
+    """Law of friction that the recordings chose."""
+    gain_Nm_per_A: float
+    gain_sd_Nm_per_A: NonNegativeFloat
+    coulomb_Nm: float
+    coulomb_sd_Nm: NonNegativeFloat
+    viscous_Nms_per_rad: float
+    """Factor of speed, or of its power, in viscous friction."""
+    viscous_sd_Nms_per_rad: NonNegativeFloat
+    viscous_power: float
+    viscous_power_sd: NonNegativeFloat
+    breakaway: float
+    breakaway_sd: NonNegativeFloat
+    v_stribeck_rad_per_s: PositiveFloat
+    load_share: float
+    load_share_sd: NonNegativeFloat
+    asymmetry_Nm: float
+    asymmetry_sd_Nm: NonNegativeFloat
+    rotor_inertia_kgm2: float
+    rotor_inertia_sd_kgm2: NonNegativeFloat
+    encoder_offset_deg: float
+    encoder_offset_sd_deg: NonNegativeFloat
+    encoder_step_rad: NonNegativeFloat
+    noise_Nm: NonNegativeFloat
+    """Standard deviation of the noise of the measured torque per tick."""
+    held_out_rms_Nm: NonNegativeFloat
+    """Residual torque on the held-out part per tick, noise included."""
+    held_out_slow_rms_Nm: NonNegativeFloat
+    """Residual torque on the held-out part below 7 Hz."""
+    moved_s: NonNegativeFloat
+    fastest_rad_per_s: NonNegativeFloat
+
+
+class Posterior(Settings):
+    """Mean and covariance of all unknowns, in the order of `identification.calibration.empty_prior.EmptyLayout`."""
+
+    per_joint: list[str]
+    weights: Annotated[int, Field(ge=0)]
+    mean: Numbers
+    covariance: list[Numbers]
+    """Rows of the covariance up to its diagonal."""
+
+    def matrix(self) -> Float[np.ndarray, "unknown unknown"]:
+        """Return the covariance as a full matrix."""
+        n = len(self.mean)
+        lower = np.zeros((n, n))
+        for k, row in enumerate(self.covariance):
+            lower[k, : k + 1] = row
+        return lower + lower.T - np.diag(np.diag(lower))
+
+
+class StoredTwin(Sealed):
+    """Content of `twin.toml`."""
+
+    VERSION: ClassVar[int] = 1
+    schema_version: Literal[1]
+    identity: Identity
+    provenance: Provenance
+    delay_ms: list[float]
+    """Delay of command and measurement together, and its standard deviation; empty if no recording has commands."""
+    first_order_delay_ms: list[float]
+    """Delay beside the nearest lags of first order, which the simulated machine has; empty as `delay_ms`."""
+    drives: list[FittedDrive]
+    """Drives whose response the recordings tell."""
+    joints: Annotated[list[FittedJoint], Field(min_length=1)]
+    posterior: Posterior
+
+    def layout(self) -> EmptyLayout:
+        """Order of the unknowns of the posterior."""
+        return EmptyLayout(len(self.joints), self.posterior.weights, tuple(self.posterior.per_joint))
+
+    def draw(self, seed: int) -> Float[np.ndarray, " unknown"]:
+        """Draw the unknowns from the posterior."""
+        covariance, mean = self.posterior.matrix(), np.array(self.posterior.mean)
+        sd = np.sqrt(np.diag(covariance))
+        # Units differ by a factor of a million: the correlation matrix has a sound decomposition.
+        values, vectors = np.linalg.eigh(covariance / np.outer(sd, sd))
+        drawn = np.random.default_rng([seed, DRAW_STREAM]).standard_normal(len(mean))
+        return mean + sd * (vectors @ (np.sqrt(np.maximum(values, 0.0)) * drawn))
+
+
+DRAW_STREAM = 34
+"""Number that separates the draws of the posterior from other draws of the same seed."""
+
+
+def write_twin(path: Path, whole: StoredTwin) -> None:
+    """Write the file, or leave the old one as it was.
+
+    Raises:
+        ConfigError: The file cannot be written.
+    """
+    write_sealed(path, whole, HEAD, "--out")
+
+
+def read_twin(description: RigDescription) -> StoredTwin:
+    """Read the twin of a machine from its folder.
+
+    Raises:
+        ConfigError: The folder has no twin, or it is damaged or of another machine.
+    """
+    path = description.folder / NAME
+    if not path.is_file():
+        raise ConfigError(f"{description.folder} has no {NAME}: this machine has no fitted twin. {MAKE}")
+    whole = read_sealed(path, StoredTwin, MAKE, MAKE)
+    refuse_other_machine(path, whole.identity, identity_of(description, whole.identity.machine), MAKE)
+    joints = tuple(row.joint for row in whole.joints)
+    if joints != description.joints:
+        raise ConfigError(f"{path} has the joints {', '.join(joints)}; they must be {', '.join(description.joints)}.")
+    unknowns = len(whole.posterior.mean)
+    if unknowns != whole.layout().links.stop or [len(row) for row in whole.posterior.covariance] != [
+        *range(1, unknowns + 1)
+    ]:
+        raise ConfigError(f"{path} is damaged: the covariance does not fit the unknowns. {MAKE}")
+    return whole

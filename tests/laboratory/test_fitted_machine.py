@@ -1,0 +1,100 @@
+"""The machine of a fitted twin has the values of its posterior, in the simulation too."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.made_twin import made_twin, with_twin_in
+
+from exograv.laboratory.fitted_machine import fitted_machine
+from exograv.laboratory.virtual_laboratory import draw_laboratory, machine_of, with_twin
+from exograv.model.description import load_rig
+from exograv.model.tree import is_physical
+from exograv.rig.twin import Disturbances, Machine, Twin
+from exograv.rig.twin.world.link_truth import link_truth
+from exograv.signals import Command
+from exograv.storage.twin_file import StoredTwin
+
+RIG, GOOD = load_rig("recupera_like"), Disturbances.at_level(2)
+
+
+@pytest.fixture(scope="module")
+def whole() -> StoredTwin:
+    return made_twin(RIG)
+
+
+@pytest.fixture(scope="module")
+def mean(whole: StoredTwin) -> Machine:
+    return fitted_machine(RIG, whole, GOOD, 0, is_mean=True)
+
+
+def test_the_simulated_links_are_those_of_the_posterior(whole: StoredTwin, mean: Machine):
+    simulated = link_truth(RIG, mean, whole.provenance.lengths_m)
+    expected = np.array(whole.posterior.mean)[whole.layout().links].reshape(-1, 10)
+    np.testing.assert_allclose(simulated, expected, atol=1e-9)
+
+
+def test_the_mean_has_the_values_of_the_file(whole: StoredTwin, mean: Machine):
+    theta, layout = np.array(whole.posterior.mean), whole.layout()
+    np.testing.assert_allclose(mean.drives.gain, RIG.nominal_gain / theta[layout.of("inverse_gain")])
+    np.testing.assert_allclose(mean.friction.viscous, theta[layout.of("viscous")])
+    np.testing.assert_allclose(mean.drives.bandwidth[1:], 25.0)
+    assert mean.sensors.delay == pytest.approx(1.5e-3)
+
+
+def test_two_seeds_draw_two_possible_machines_around_the_mean(whole: StoredTwin, mean: Machine):
+    one, other = (fitted_machine(RIG, whole, GOOD, seed) for seed in (1, 2))
+    assert (one.friction.coulomb != other.friction.coulomb).all()
+    assert one.sensors.delay != other.sensors.delay
+    for machine in (one, other):
+        assert machine.links is not None
+        assert all(is_physical(phi) for phi in machine.links.values())
+        assert (np.abs(machine.drives.gain / mean.drives.gain - 1.0) < 0.1).all()
+
+
+def test_a_drive_whose_response_is_not_known_has_a_usual_one(whole: StoredTwin):
+    drawn = fitted_machine(RIG, whole, GOOD, 1)
+    assert drawn.drives.bandwidth[0] == machine_of(RIG, GOOD, 1, "drawn").drives.bandwidth[0]
+
+
+def test_friction_that_is_switched_off_is_absent(whole: StoredTwin):
+    smooth = fitted_machine(RIG, whole, GOOD.without("coulomb", "viscous", "load_friction", "friction_ripple"), 1)
+    for values in (
+        smooth.friction.coulomb,
+        smooth.friction.viscous,
+        smooth.friction.load_share,
+        smooth.friction.ripple,
+    ):
+        assert not values.any()
+
+
+def test_the_wearer_stays_and_the_machine_is_named_after_its_twin(tmp_path: Path, whole: StoredTwin):
+    folder = with_twin_in(tmp_path / "mine", RIG, whole)
+    drawn = draw_laboratory(str(folder), None, 2, 5)
+    fitted = with_twin(drawn, "fitted", GOOD, 5)
+    assert fitted.wearer is drawn.wearer
+    assert fitted.serial == f"fitted twin {whole.content_sha256[:12]}, seed 5"
+    assert with_twin(drawn, "drawn", GOOD, 5) is drawn
+
+
+def test_viscous_friction_follows_the_power_of_the_speed(mean: Machine):
+    """A joint that a constant torque turns has the larger final speed, the smaller the power of a speed below one."""
+    free = replace(
+        mean,
+        friction=replace(
+            mean.friction, coulomb=np.zeros(4), load_share=np.zeros(4), ripple=np.zeros(4), viscous=np.full(4, 20.0)
+        ),
+        gravity=np.zeros(3),
+    )
+    speeds = {}
+    for power in (0.8, 1.0, 1.2):
+        machine = replace(free, friction=replace(free.friction, viscous_power=np.full(4, power)))
+        twin = Twin(RIG, machine, None, 0, np.deg2rad([0.0, 0.0, 0.0, 60.0]))
+        current = np.array([0.0, 0.0, 0.0, 4.0]) / machine.drives.gain
+        for k in range(400):
+            twin.read()
+            twin.write(Command(twin.t, k, twin.t + 0.005, 4.0 * current, current))
+        speeds[power] = twin.truth.v[3]
+    for power, speed in speeds.items():
+        assert speed == pytest.approx(0.2 ** (1.0 / power), rel=0.1)

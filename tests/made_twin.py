@@ -1,0 +1,67 @@
+"""Twin of a shipped machine whose posterior is the data sheet's prior, for tests of everything behind the fit."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from exograv.identification.calibration.empty_prior import data_sheet_prior
+from exograv.identification.machine_twin.friction_laws import TWIN_PER_JOINT
+from exograv.model.assembly import adjusted, read_exoskeleton
+from exograv.model.description import RigDescription
+from exograv.procedures.calibration.segment_lengths import settings_of_lengths
+from exograv.procedures.machine_twin.fit_command import copy_machine
+from exograv.storage.calibration_file import identity_of
+from exograv.storage.sealed_file import sealed
+from exograv.storage.twin_file import (
+    NAME,
+    FittedDrive,
+    FittedJoint,
+    FittedRecording,
+    Posterior,
+    Provenance,
+    StoredTwin,
+    write_twin,
+)
+
+NUMBERS = {name: 1.0 for name in FittedJoint.model_fields if name not in ("joint", "law")}
+
+
+def made_twin(description: RigDescription, share: float = 0.2) -> StoredTwin:
+    """Return a twin with the data sheet's values, and this share of their standard deviations."""
+    lengths = settings_of_lengths(description, ())
+    prior = data_sheet_prior(description, adjusted(read_exoskeleton(description), description, lengths), TWIN_PER_JOINT)
+    covariance = share**2 * prior.covariance
+    joints = description.joints
+    whole = StoredTwin(
+        schema_version=1,
+        identity=identity_of(description, "from recordings"),
+        provenance=Provenance(
+            at_utc=datetime(2026, 1, 1, tzinfo=UTC),
+            exograv="0",
+            held_out_s=1.0,
+            lengths_m=lengths,
+            recordings=[FittedRecording(file="made.mcap", sha256="0", seconds=1.0)],
+        ),
+        delay_ms=[1.5, 0.1],
+        first_order_delay_ms=[1.5],
+        drives=[
+            FittedDrive(joint=joint, bandwidth_Hz=25.0, bandwidth_sd_log=0.05, damping=0.0, first_order_Hz=25.0)
+            for joint in joints[1:]
+        ],
+        joints=[FittedJoint(joint=joint, law="stribeck", **NUMBERS) for joint in joints],
+        posterior=Posterior(
+            per_joint=list(TWIN_PER_JOINT),
+            weights=prior.layout.weights,
+            mean=prior.mean.tolist(),
+            covariance=[row[: k + 1].tolist() for k, row in enumerate(np.asarray(covariance))],
+        ),
+    )
+    return sealed(whole)
+
+
+def with_twin_in(folder: Path, description: RigDescription, whole: StoredTwin) -> Path:
+    """Copy the machine into a folder, and put the twin beside it."""
+    copy_machine(description, folder)
+    write_twin(folder / NAME, whole)
+    return folder

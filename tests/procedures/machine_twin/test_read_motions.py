@@ -1,0 +1,170 @@
+"""Recordings of an empty machine are read from MCAP, CSV and ROS alike, divided at gaps, and refused with a reason."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.identification.machine_twin.measured_motion import MeasuredMotion
+from exograv.model.description import load_rig
+from exograv.procedures.machine_twin.options import TwinFitOptions
+from exograv.procedures.machine_twin.read_motions import LOWERING_S, hung_row, read_motions
+from exograv.recording import RecordingWriter
+
+RIG = load_rig("recupera_like")
+TICKS, PERIOD_S = 3000, 0.001
+T = 7.0 + PERIOD_S * np.arange(TICKS)
+Q = np.sin(np.outer(T, [1.0, 0.7, 1.3, 0.9]))
+CURRENT = 3.0 * np.cos(np.outer(T, [1.1, 0.8, 1.2, 0.6]))
+ASKED = np.roll(CURRENT, -2, axis=0)
+
+
+def write_csv(path: Path, with_commands: bool = True, rows: slice = slice(None), delimiter: str = ",") -> Path:
+    groups, values = ["t"], [T[:, None]]
+    for stem, columns in (("q", Q), ("tau", CURRENT * RIG.nominal_gain), ("tau_commanded", ASKED * RIG.nominal_gain)):
+        if stem != "tau_commanded" or with_commands:
+            groups += [f"{stem}_{joint}" for joint in RIG.joints]
+            values.append(columns)
+    table = np.hstack(values)[rows]
+    np.savetxt(path, table, delimiter=delimiter, header=delimiter.join(groups), comments="")
+    return path
+
+
+def read(*paths: Path, **weights: tuple[str, float]) -> tuple[MeasuredMotion, ...]:
+    recordings = read_motions(RIG, paths, weights, is_torque=True)
+    return tuple(motion for recording in recordings for motion in recording.motions)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_a_csv_is_read_by_the_names_of_its_columns(tmp_path: Path, delimiter: str):
+    (motion,) = read(write_csv(tmp_path / "a.csv", delimiter=delimiter))
+    np.testing.assert_allclose(motion.q, Q, atol=1e-12)
+    np.testing.assert_allclose(motion.current, CURRENT, atol=1e-9)
+    np.testing.assert_allclose(motion.current_asked, ASKED, atol=1e-9)
+    assert motion.period_s == pytest.approx(PERIOD_S)
+
+
+def test_a_csv_without_commands_has_none(tmp_path: Path):
+    (motion,) = read(write_csv(tmp_path / "a.csv", with_commands=False))
+    assert np.isnan(motion.current_asked).all()
+
+
+def test_a_gap_divides_a_recording_and_short_pieces_are_left_out(tmp_path: Path):
+    rows = np.r_[0:2500, 2600:3000]
+    (motion,) = read(write_csv(tmp_path / "a.csv", rows=rows))  # pyright: ignore[reportArgumentType]
+    assert len(motion.t) == 2500
+
+
+def test_uneven_time_is_put_on_an_even_grid(tmp_path: Path):
+    shaken = T + 2e-4 * np.sin(np.arange(TICKS))
+    path = write_csv(tmp_path / "a.csv")
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    table[:, 0], table[:, 1:5] = shaken, np.sin(np.outer(shaken, [1.0, 0.7, 1.3, 0.9]))
+    np.savetxt(path, table, delimiter=",", header=path.read_text().splitlines()[0], comments="")
+    (motion,) = read(path)
+    np.testing.assert_allclose(np.diff(motion.t, 2), 0.0, atol=1e-12)
+    np.testing.assert_allclose(motion.q, np.sin(np.outer(motion.t, [1.0, 0.7, 1.3, 0.9])), atol=1e-6)
+
+
+def test_a_weight_is_stated_for_a_whole_recording(tmp_path: Path):
+    path = write_csv(tmp_path / "a.csv")
+    options = TwinFitOptions("recupera_like", (path,), weights=(f"{path}:calibration_mount=3",))
+    (motion,) = (one for r in read_motions(RIG, [path], options.weight_of_file(), is_torque=False) for one in r.motions)
+    weights = np.array(RIG.calibration.weights_kg)
+    np.testing.assert_allclose(motion.hung @ weights, 3.0)
+
+
+def test_a_wrong_weight_is_refused_with_the_right_form(tmp_path: Path):
+    path = write_csv(tmp_path / "a.csv")
+    with pytest.raises(ConfigError, match="give FILE:MOUNT=KG, such as"):
+        TwinFitOptions("recupera_like", (path,), weights=("a.csv=3",)).weight_of_file()
+    with pytest.raises(ConfigError, match=r"No mount 'hook' in .*Mounts: calibration_mount"):
+        hung_row(RIG, "hook", 1.0)
+    with pytest.raises(ConfigError, match=r"--weight names 'b.csv', which is none of the recordings"):
+        read_motions(RIG, [path], {"b.csv": ("calibration_mount", 1.0)}, is_torque=False)
+
+
+def ours(path: Path, joints: tuple[str, ...] = RIG.joints, phase: str = "calibrate") -> Path:
+    """Write a recording of exograv in which a weight hangs from the middle on."""
+    with RecordingWriter(path, joints, {"rig": "recupera_like"}) as recording:
+        recording.phase(float(T[0]), phase)
+        for k, t in enumerate(T.tolist()):
+            torques = {"tau_measured": 7.0 * CURRENT[k], "tau_commanded": 7.0 * ASKED[k], "tau_desired": 7.0 * ASKED[k]}
+            recording.tick(
+                t, drive=np.nan, gravity_level=np.nan, arm_share=np.nan, closure_slope=0.0, tick_us=0.0, safe_state=0,
+                q_measured=Q[k], q_reference=Q[k], v=0.0, current=CURRENT[k], tau_feedforward=0.0, **torques,
+            )  # fmt: skip
+        recording.write("/event", float(T[1500]), {"kind": "weight", "text": "1.5 kg at calibration_mount"})
+    return path
+
+
+def test_a_recording_of_exograv_states_its_commands_and_weights_itself(tmp_path: Path):
+    (motion,) = read(ours(tmp_path / "a.mcap"))
+    np.testing.assert_allclose(motion.current, CURRENT)
+    # Both torques are converted by the gain of the recording, whatever the data sheet says.
+    np.testing.assert_allclose(motion.current_asked, ASKED, rtol=1e-6)
+    kg = motion.hung @ np.array(RIG.calibration.weights_kg)
+    np.testing.assert_allclose(kg[1500:], 1.5)
+    lowered = round(LOWERING_S / PERIOD_S)
+    assert np.isnan(kg[1501 - lowered : 1500]).all()
+    assert not kg[: 1499 - lowered].any()
+
+
+def test_a_recording_of_another_machine_is_refused(tmp_path: Path):
+    with pytest.raises(RecordingError, match=r"has the joints a, b, c, d; recupera_like has shoulder_flexion"):
+        read(ours(tmp_path / "a.mcap", ("a", "b", "c", "d")))
+
+
+def test_a_recording_of_an_arm_in_the_machine_is_refused(tmp_path: Path):
+    with pytest.raises(RecordingError, match="has no tick of an empty machine: an arm is in it"):
+        read(ours(tmp_path / "a.mcap", phase="identify"))
+
+
+def test_a_missing_file_is_named(tmp_path: Path):
+    with pytest.raises(RecordingError, match=r"none.mcap does not exist"):
+        read(tmp_path / "none.mcap")
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "message"),
+    [
+        ("t,a,b", "0,1,2", "lacks columns for the joints shoulder_flexion"),
+        ("t,q_shoulder_flexion", "0,x", "is no CSV with one line of names"),
+    ],
+)
+def test_a_csv_with_other_columns_is_refused(tmp_path: Path, header: str, row: str, message: str):
+    path = tmp_path / "a.csv"
+    path.write_text(f"{header}\n{row}\n{row}\n")
+    with pytest.raises(RecordingError, match=message):
+        read(path)
+
+
+def test_a_recording_that_is_too_slow_is_refused(tmp_path: Path):
+    with pytest.raises(RecordingError, match="ticks are 20 ms apart; at most 10 ms are allowed"):
+        read(write_csv(tmp_path / "a.csv", rows=slice(None, None, 20)))
+
+
+def test_a_ros_recording_is_read_by_the_names_of_the_joints(tmp_path: Path):
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("sensor_msgs/msg/JointState", "jsonschema", b"{}")
+        channel = writer.register_channel("/joint_states", "json", schema)
+        for t, q, current in zip(T, Q, CURRENT, strict=True):
+            stamp = {"sec": int(t), "nanosec": round(1e9 * (t - int(t)))}
+            message = {
+                "header": {"stamp": stamp},
+                "name": RIG.joints[::-1],
+                "position": q[::-1].tolist(),
+                "velocity": [],
+                "effort": (current * RIG.nominal_gain)[::-1].tolist(),
+            }
+            writer.add_message(channel, int(1e9 * t), json.dumps(message).encode(), int(1e9 * t))
+        writer.finish()
+    (motion,) = read(path)
+    np.testing.assert_allclose(motion.current[5:-5], CURRENT[5:-5], atol=1e-3)
+    assert np.isnan(motion.current_asked).all()
