@@ -22,7 +22,6 @@ from exograv.identification.core.interface import Agreement, Estimate
 from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.prior import prior
-from exograv.identification.core.square_root import square_root
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
@@ -48,7 +47,9 @@ class Laboratory:
         self.table = BodyTable(mean, covariance)
         self.prediction = LeftOverPrediction(ArmModel(self.assembly, machine), mean)
         self.bodies = ParameterLayout.of(self.assembly).bodies
-        self._root = square_root(covariance)
+        sd = np.sqrt(np.diag(covariance))
+        # An eigenvector has another sign on another processor, and its draws would be other arms.
+        self._root = sd[:, None] * np.linalg.cholesky(covariance / np.outer(sd, sd))
 
     def estimate(self, change_sd: float, certain: float, seed: int = 3) -> Estimate:
         """Return an estimate about `change_sd` standard deviations from the table, with this share of their size."""
@@ -150,7 +151,7 @@ def test_the_carried_arm_is_physically_possible(laboratory, seed: int):
 
 
 def test_an_axis_keeps_its_change_while_another_goes_back_to_the_table(laboratory):
-    shares = np.array([laboratory.carried(laboratory.estimate(0.7, 0.2, seed)).share for seed in range(12)])
+    shares = np.array([laboratory.carried(laboratory.estimate(0.7, 0.2, seed)).share for seed in range(40)])
     mixed = (shares.min(axis=1) < 0.7) & (shares.max(axis=1) > 0.95)
     assert mixed.any()
 
