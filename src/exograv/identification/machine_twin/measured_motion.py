@@ -89,7 +89,7 @@ def _filtered(motion: MeasuredMotion) -> tuple[np.ndarray, ...]:
     """Return time, q, v, a, current, weights and sliding of the samples in which a joint moves."""
     period_s = motion.period_s
     sample_filter, every = SampleFilter(motion.q.shape[1], period_s, FILTER_DELAY_S), round(SAMPLE_PERIOD_S / period_s)
-    is_known = list(np.isfinite(motion.hung).all(axis=1))
+    is_known = np.atleast_1d(np.isfinite(motion.hung).all(axis=1)).tolist()
     rows = list[tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]()
     for tick, (q, current) in enumerate(zip(motion.q, motion.current, strict=True)):
         sample = sample_filter.update(q, current)
