@@ -50,6 +50,11 @@ class LockstepScreen:
     seat: Seat
     between: tuple[BetweenWindows, ...] = field(default=())
     """Acts between windows, in this order."""
+    modulate: Callable[[float], float] | None = None
+    """Function of the task's level that returns the level to make; None makes the task's level. It must return 1 for 1,
+    or the session never ends."""
+    follower: Callable[[TickSample], None] | None = None
+    """Observer of every tick."""
 
     def __post_init__(self):
         """Store the resting posture and the number of complete windows."""
@@ -126,6 +131,8 @@ class LockstepScreen:
     def _listen(self, session: ScreenSession, moment: TickSample) -> None:
         t = moment.state.t
         self._ticks += 1
+        if self.follower is not None:
+            self.follower(moment)
         self.seat.touch(t)
         if self._ticks % self._task_ticks == 0:
             session.tell(t, *self._distance(t, moment))
@@ -153,6 +160,8 @@ class LockstepScreen:
         if not isinstance(controller, ArmController):
             return
         level = self.run.made_level(t)
+        if self.modulate is not None:
+            level = self.modulate(level)
         if person is not None and level > EARTH:
             level = self._pushed(person, level)
         controller.mode.gravity_level = level
