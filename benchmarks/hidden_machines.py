@@ -3,6 +3,7 @@
     python benchmarks/hidden_machines.py record out/hidden --names a b c                # draw, drive, record
     python benchmarks/hidden_machines.py record out/hidden --names a --seed 7 --disclose out/truth
     python benchmarks/hidden_machines.py plain out/hidden/a.mcap out/plain/a.json      # plain least squares, nominal
+    python benchmarks/hidden_machines.py fitted out/twin/a/recupera_like out/twin/a.json FIT.json    # `exograv twin fit`
     python benchmarks/hidden_machines.py judge out/truth/a.json FIT.json out/hidden/a_held_out.mcap
     python benchmarks/hidden_machines.py form                                          # the form of FIT.json
 
@@ -19,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from hidden.draw import Hidden, draw
+from hidden.fitted import write_fitted
 from hidden.geometry import read_geometry
 from hidden.judge import FORM, judge, judgement_text
 from hidden.plain_fit import write_nominal, write_plain
@@ -73,6 +75,11 @@ def main() -> None:
     one.add_argument("recording", type=Path, help="recording, with its held-out one beside it")
     one.add_argument("fit", type=Path, help="file to write; the nominal machine goes into a second one")
     one.set_defaults(run=plain)
+    one = parts.add_parser("fitted", help="Write a fit of `exograv twin fit` in the form that `judge` reads.")
+    one.add_argument("machine", type=Path, help="folder of the machine with twin.toml")
+    one.add_argument("figures", type=Path, help="file of `exograv twin fit --json`")
+    one.add_argument("fit", type=Path, help="file to write")
+    one.set_defaults(run=lambda options: write_fitted(options.machine, options.figures, options.fit))
     one = parts.add_parser("judge", help=judged.__doc__)
     one.add_argument("truth", type=Path, help="file of --disclose")
     one.add_argument("fit", type=Path, help="fit in the form that `form` prints")
