@@ -3,7 +3,7 @@
     python benchmarks/hidden_machines.py record out/hidden --names a b c                # draw, drive, record
     python benchmarks/hidden_machines.py record out/hidden --names a --seed 7 --disclose out/truth
     python benchmarks/hidden_machines.py plain out/hidden/a.mcap out/plain/a.json      # plain least squares, nominal
-    python benchmarks/hidden_machines.py fitted out/twin/a/recupera_like out/twin/a.json FIT.json    # `exograv twin fit`
+    python benchmarks/hidden_machines.py fitted out/twin/a/recupera_like out/twin/a.json FIT.json   # a twin
     python benchmarks/hidden_machines.py judge out/truth/a.json FIT.json out/hidden/a_held_out.mcap
     python benchmarks/hidden_machines.py form                                          # the form of FIT.json
 
