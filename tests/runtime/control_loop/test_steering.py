@@ -151,3 +151,38 @@ def test_no_sequence_of_requests_takes_an_arm_without_making_the_machine_ready_b
                 assert ready_at is not None
                 assert now - ready_at <= READY_NS
                 ready_at = None
+
+
+@pytest.mark.parametrize("mode", [mode for mode in Mode if (mode, Event.GIVE_BACK) not in TRANSITIONS])
+def test_an_arm_that_is_not_carried_is_not_given_back_and_a_carried_one_is_as_soon_as_it_is(mode: Mode):
+    steering = steered()
+    assert steering.watch(mode, LEASE_MAX_NS + 1)
+    assert steering.next() is None
+    carried = next(one for one, event in TRANSITIONS if event is Event.GIVE_BACK)
+    assert steering.watch(carried, LEASE_MAX_NS + 2) == ""
+    assert steering.next() is (Event.GIVE_BACK if carried in WORN else None)
+
+
+def test_before_the_first_lease_nobody_is_missed():
+    steering = CommandDecisions()
+    for mode in Mode:
+        assert steering.watch(mode, FAR) == ""
+    assert steering.next() is None
+    assert not steering.is_to_stop
+
+
+def test_a_window_that_was_over_before_the_lease_was_lost_is_not_stopped():
+    steering = steered(window_until_ns=LEASE_MAX_NS - 1, on_loss="stop")
+    steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
+    assert not steering.is_to_stop
+    steering = steered(window_until_ns=5 * SECOND, on_loss="stop")
+    assert not steering.is_to_stop  # while a page steers
+
+
+def test_step_one_is_done_again_by_a_test_of_a_ready_machine_and_ends_with_another_event():
+    steering = steered()
+    assert ask(steering, Event.TEST, Mode.EXO_ONLY) == ""
+    assert steering.next() is None  # control has nothing to do for it
+    assert ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY) == ""
+    assert steering.next() is Event.TAKE_ARM
+    assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY)

@@ -1,14 +1,16 @@
 """A worker's findings carry their time, a replaced worker loses no sample, and the end brings a final finding."""
 
 import contextlib
+import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from multiprocessing import Pipe
 
 import numpy as np
 import pytest
 
 from exograv.runtime.control_loop.exchange import sample_dtype
-from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory, _Desk
+from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory, _Desk, worker_process
 from exograv.runtime.processes.shared_memory import Ring
 
 SAMPLES_MAX = 100
@@ -100,3 +102,23 @@ def test_many_readers_can_read_the_newest_finding_without_taking_it(table: Table
     table.desk.work()
     assert table.findings.newest() == table.findings.newest()
     assert table.found() == [1.0, 2.0]
+
+
+def test_the_process_of_a_worker_is_ready_works_and_ends_with_its_parent():
+    size = WorkerMemory(1, 1, SAMPLES_MAX)
+    with contextlib.ExitStack() as stack:
+        samples, findings = (
+            stack.enter_context(contextlib.closing(ring)) for ring in (size.sample_ring(), size.finding_ring())
+        )
+        job = WorkerJob(Counts, replace(size, samples=samples.name, findings=findings.name))
+        row = np.zeros((), sample_dtype(1))
+        row["is_last"] = 1
+        samples.put(row)
+        ours, its = Pipe()
+        thread = threading.Thread(target=worker_process, args=(job, its))
+        thread.start()
+        assert [ours.recv(), ours.recv()] == ["ready", "1 samples"]
+        ours.close()
+        thread.join(30.0)
+        assert not thread.is_alive()
+        assert [float(row["x"][0]) for row in findings.take()] == [-1.0]

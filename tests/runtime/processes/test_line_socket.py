@@ -100,3 +100,8 @@ def test_nobody_at_the_port_is_a_clear_error(monkeypatch: pytest.MonkeyPatch):
         port = listener.port
     with pytest.raises(RigError, match=f"port {port}"):
         connected_lines(port)
+
+
+def test_a_listener_without_a_caller_has_no_connection_and_does_not_wait():
+    with contextlib.closing(LinesListener(0)) as listener:
+        assert listener.accepted() is None

@@ -2,6 +2,7 @@
 
 import os
 import struct
+import sys
 import time
 from collections.abc import Iterator
 from multiprocessing import Pipe
@@ -130,3 +131,44 @@ def test_a_child_that_sends_anything_but_messages_is_killed():
         assert list(child.heard()) == []
     assert child.exit_status == -9
     child.end(0.0)
+
+
+def test_a_system_whose_pipes_carry_whole_messages_gets_the_same_words(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    ours, child = Pipe()
+    line = ProcessLine(ours)
+    assert line.next_word(0.0) is None
+    for number in range(3):
+        child.send(number)
+    assert line.next_word(SOON_S) == 0
+    assert list(line.words()) == [1, 2]
+    line.send("answer")
+    assert not line.has_unsent
+    assert child.recv() == "answer"
+    line.close()
+    child.close()
+
+
+def test_messages_that_wait_are_sent_while_the_parent_waits_for_a_word_and_when_it_looks(ends: Ends):
+    line, child = ends
+    for look in (lambda: line.next_word(0.0), lambda: list(line.words())):
+        line.send(b"x" * MESSAGE_BYTES)
+        assert line.has_unsent
+        came = 0
+        while came < MESSAGE_BYTES:
+            came += len(os.read(child.fileno(), MESSAGE_BYTES))
+            if line.has_unsent:
+                look()
+        while line.has_unsent:
+            look()
+            came += len(os.read(child.fileno(), MESSAGE_BYTES))
+
+
+def test_a_closed_line_sends_nothing_any_more(ends: Ends):
+    line, child = ends
+    line.send(b"x" * MESSAGE_BYTES)
+    line.close()
+    line.flush()
+    assert line.has_unsent
+    while os.read(child.fileno(), MESSAGE_BYTES):
+        pass
