@@ -99,7 +99,7 @@ class ActiveWearer:
             x = self._mean + self._unwhiten @ np.clip(mean, -PLAUSIBLE_SD, PLAUSIBLE_SD)
         P = self._unwhiten @ covariance @ self._unwhiten.T
         x = self._project(self._mean + self._unwhiten @ mean, P)
-        told, seconds = slice(0, self._told), sum(_duration_s(window) for window in self._windows)
+        told, seconds = slice(0, self._told), sum((_duration_s(window) for window in self._windows), 0.0)
         return Estimate(seconds, x[told], P[told, told], 0.0, 1.0)
 
     def bounds(self, muscles: Sequence[MuscleTorque], varying_Nm: float | None = None) -> list[Covariance]:

@@ -75,8 +75,8 @@ class _OfJoint:
     x: Float[np.ndarray, " unknown"]
     covariance: Float[np.ndarray, "unknown unknown"]
     noise: float
-    first_order: Float[np.ndarray, " 2"]
-    """Delay and bandwidth of the lag of first order that comes nearest."""
+    first_order: Float[np.ndarray, " some"]
+    """Delay, bandwidth, and damping that has no effect, of the lag of first order that comes nearest."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import tyro
 from exograv.errors import ConfigError
 from exograv.options import RIG_HELP, Options, Repeated, SegmentLengths, SideOption, Within
 
-Machine = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RIG", help=RIG_HELP)]
+RigName = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RIG", help=RIG_HELP)]
 Weights = Annotated[Repeated, tyro.conf.arg(name="weight", metavar="FILE:MOUNT=KG")]
 
 
@@ -18,7 +18,7 @@ Weights = Annotated[Repeated, tyro.conf.arg(name="weight", metavar="FILE:MOUNT=K
 class TwinFitOptions(Options):
     """Options of `exograv twin fit`."""
 
-    machine: Machine = field(default=tyro.MISSING)
+    machine: RigName = field(default=tyro.MISSING)
 
     recordings: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RECORDINGS")] = field(
         default=tyro.MISSING
@@ -63,7 +63,7 @@ def _weight(text: str) -> tuple[str, tuple[str, float]]:
 class TwinCompareOptions(Options):
     """Options of `exograv twin compare`."""
 
-    machine: Machine = field(default=tyro.MISSING)
+    machine: RigName = field(default=tyro.MISSING)
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RECORDING")] = field(default=tyro.MISSING)
     """Recording of the empty machine, with its commands."""
