@@ -120,7 +120,7 @@ class Posterior(Settings):
 
 
 class StoredTwin(Sealed):
-    """Content of `twin.toml`."""
+    """Twin of a machine as its file `twin.toml` holds it."""
 
     VERSION: ClassVar[int] = 1
     schema_version: Literal[1]

@@ -247,11 +247,11 @@ class TwinPlant:
 
     @property
     def rig(self) -> Rig | None:
-        """The twin."""
+        """Machine whose ticks may run in native code: the twin."""
         return self._twin
 
     def begin(self) -> None:
-        """Begin a tick."""
+        """Note the truth for the examiner, and let the wearer move."""
         if self._keeps_truth:
             self._sights.append(self._person.look())
         self._person.sway()

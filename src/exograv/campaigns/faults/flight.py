@@ -65,9 +65,10 @@ class FaultFlight:
         self._faults, still = faults, np.zeros((1, len(posture)))
         self._path = Trajectory(posture[None].copy(), still, still, period_s)
         self._reference = Reference(posture, still[0], still[0])
-        # After the guard's death the last command is sent again, and native ticks do not keep it.
-        ends = (0 if fault.ends_guard else fault.onset for fault in faults if fault.changes_signals or fault.ends_guard)
-        self._native_ticks = min(ends, default=None)
+        # Native ticks do not keep the last command, which is sent again after the guard's death.
+        changed = (0 if one.ends_guard else one.onset for one in faults if one.changes_signals or one.ends_guard)
+        self._signals_from = min(changed, default=None)
+        """First tick in which a fault may change a signal; None without such a fault."""
         self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still[0], still[0])
         for fault in faults:
             fault.begin(stand)
@@ -141,7 +142,7 @@ class FaultFlight:
 
     def _may_be_native(self, tick: int) -> bool:
         """Return True if no fault changes a signal yet, and the observer has started."""
-        if self._native is None or (self._native_ticks is not None and tick >= self._native_ticks):
+        if self._native is None or (self._signals_from is not None and tick >= self._signals_from):
             return False
         if not self.is_native:
             self.is_native = self._native.begin(self._feedback, self._controller, self._path)
