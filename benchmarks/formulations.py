@@ -1,6 +1,6 @@
 """Formulations of what the estimator's model cannot explain, compared on the same recorded streams.
 
-    python benchmarks/formulations.py --worlds home,tissue --seeds 2000-2005
+    python benchmarks/formulations.py --worlds home,tissue --seeds 2000-2005 --formulations "present,linear cuffs"
 
 One row per world and formulation: left over after 60 and 120 s, worst shoulder axis / elbow, median over the wearers
 [N·m], and stated 95 % intervals of the arm's torque that hold [%].
@@ -135,10 +135,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--worlds", default="home,tissue,shoulder,cuffs,drives,all")
     parser.add_argument("--seeds", default="2000-2005")
+    parser.add_argument("--formulations", default=",".join(FORMULATIONS))
     options = parser.parse_args()
     for world in options.worlds.split(","):
         recorded = streams(cast(WorldName, world), seed_range(options.seeds))
-        for name in FORMULATIONS:
+        for name in options.formulations.split(","):
             row = measures.row([run(one, name) for one in recorded])
             left, held = row.left_over_Nm, row.coverage95_torque_by_duration
             figures = [

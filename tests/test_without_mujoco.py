@@ -113,6 +113,7 @@ def test_a_command_on_the_twin_says_what_is_missing(environment: dict[str, str])
     assert "needs exograv[twin]. Install it with: pip install 'exograv[twin]'" in process.stderr
 
 
+@pytest.mark.long
 def test_a_bring_up_of_drives_in_another_process_finds_a_wrong_encoder(environment: dict[str, str], tmp_path: Path):
     wrong = ["--by", "test", "--wrong-encoder", "shoulder_flexion"]
     found = exograv(environment, tmp_path, "rig-test", *wrong, passes=False)

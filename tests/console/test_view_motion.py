@@ -43,6 +43,7 @@ def test_a_long_recording_has_no_more_frames_than_a_page_can_take(
     assert len(motion.arm.t) <= 50
 
 
+@pytest.mark.long
 def test_memory_of_a_motion_grows_by_at_most_eight_bytes_per_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(view_motion, "FRAMES_MAX", 50)
     monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 1000)

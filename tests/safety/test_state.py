@@ -16,7 +16,7 @@ from .random_machines import draw_history, draw_machines, first_guard, first_ste
 MACHINES, TICKS, AFTER = 12, 600, (1, 40, 333)
 
 
-@pytest.mark.parametrize("joints", [2, 4])
+@pytest.mark.parametrize("joints", [pytest.param(2, marks=pytest.mark.long), 4])
 def test_with_the_state_of_another_guard_a_guard_goes_on_to_the_last_bit(joints: int):
     rng = np.random.default_rng(joints)
     machines = draw_machines(rng, MACHINES, joints)

@@ -105,6 +105,7 @@ def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypa
     assert len(RunFile(tmp_path / benchmark.FILE, 120.0, resume=True).rows) == 2
 
 
+@pytest.mark.long
 def test_several_processes_bring_the_same_runs_as_one():
     # The level does not exist, so every process refuses it at once and counts the failure.
     tasks = [[WearerTask(replace(CASE, level=9, wearer_seed=k), ("recursive", "ekf"), ())] for k in range(2)]

@@ -14,6 +14,7 @@ def test_pauses_of_one_processor_add_up(begin_t: float, end_t: float, expected_s
     assert paused_s(PAUSES, begin_t, end_t) == pytest.approx(expected_s)
 
 
+@pytest.mark.long
 def test_bare_loops_note_late_wake_ups_only():
     with bare_loops() as pauses:
         pass

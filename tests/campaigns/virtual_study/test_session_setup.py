@@ -50,6 +50,7 @@ def rested(stage: SessionSetup, seconds: float) -> np.ndarray:
     return twin.truth.q_arm
 
 
+@pytest.mark.long
 def test_every_stage_draws_the_same_person():
     level = 2
     stages = [

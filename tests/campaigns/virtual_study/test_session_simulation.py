@@ -104,6 +104,7 @@ def test_the_same_day_gives_the_same_touches_and_another_day_others():
     assert flown(2) != first
 
 
+@pytest.mark.long
 def test_a_recording_holds_every_accepted_touch_and_no_gap_longer_than_a_step_of_a_rest(tmp_path):
     stage = flight_setup(SEED, 2, 0)
     sitting = sitting_on(stage, "flight", 1)

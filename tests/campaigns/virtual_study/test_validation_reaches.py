@@ -55,6 +55,7 @@ def test_who_neither_trusts_nor_learns_lands_as_high_in_the_second_window_as_in_
     assert first > 50.0
 
 
+@pytest.mark.long
 def test_how_often_muscles_are_asked_hardly_moves_the_first_touch(monkeypatch: pytest.MonkeyPatch):
     places = []
     for ticks in (1, 2):

@@ -308,7 +308,9 @@ def real_logs(*unloaded: str) -> dict[str, Any]:
     return {"log": log, "urdf": urdf_path, "unloaded": tuple(others), **frame}
 
 
-@pytest.mark.parametrize("name", UR10E_LOGS)
+@pytest.mark.parametrize(
+    "name", [UR10E_LOGS[0], *(pytest.param(name, marks=pytest.mark.long) for name in UR10E_LOGS[1:])]
+)
 def test_a_real_load_is_found_with_the_unloaded_log_of_any_day(name: str):
     result = json_value(identify_log(LogOptions(**real_logs(name), true_kg=REAL_KG)))
     payload = result["payload"]
@@ -322,6 +324,7 @@ def test_the_interval_of_a_real_load_holds_with_unloaded_logs_of_two_earlier_day
     assert payload["ci95_kg"][0] <= REAL_KG <= payload["ci95_kg"][1]
 
 
+@pytest.mark.long
 def test_least_squares_finds_a_real_load_in_each_short_piece_of_its_log():
     """Guard against a search that stops far from the minimum, at a third of the mass, because its steps are small."""
     log = real_logs(UR10E_LOGS[1])

@@ -60,6 +60,7 @@ def test_memory_of_a_report_does_not_grow_with_the_recording(short: Path, tmp_pa
     assert peak_bytes(long, read_recording) > 2.0 * peak_bytes(short, read_recording)
 
 
+@pytest.mark.long
 def test_the_page_from_the_file_is_the_page_from_memory(demo_recording: Path, tmp_path: Path):
     packed = written(tmp_path / "packed.mcap", SHORT, packed=True)
     for path in (packed, demo_recording):

@@ -396,6 +396,7 @@ def _end_at_once(job: RecorderJob, parent: Connection) -> None:
     record(job, parent)
 
 
+@pytest.mark.long
 def test_a_recorder_that_ends_repeatedly_by_itself_is_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.runtime.recorder.recorder.record", _end_at_once)
     with recording(tmp_path / "a.mcap") as (recorder, _):

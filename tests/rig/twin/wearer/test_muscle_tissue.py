@@ -95,6 +95,7 @@ def test_each_pair_rests_at_the_neutral_angle_with_the_level_s_mean_stiffness():
             assert below < 0.0 < above
 
 
+@pytest.mark.long
 def test_the_elbow_depends_on_flexion_by_up_to_half_of_its_stiffness():
     shares = []
     for seed in range(200):
