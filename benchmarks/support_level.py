@@ -35,9 +35,10 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
     Raises:
         ExogravError: The machine or the wearer was refused, or the guard stopped the run.
     """
-    from exograv.laboratory.support_level.options import SupportOptions
-    from exograv.laboratory.support_level.support_level_command import search_flight
     from exograv.laboratory.support_level.weak_participant import prepare_weak_participant
+    from exograv.procedures.rehabilitation.support_level.flight import SupportFlight
+    from exograv.procedures.rehabilitation.support_level.options import SupportOptions
+    from exograv.procedures.rehabilitation.support_level.tested_support import search_flight
     from known_support_level import fly_answer, static_answer
 
     random = np.random.default_rng([seed, 83])
@@ -48,7 +49,8 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
         SupportOptions(rig=rig, level=level, seed=seed, strength=strength, synergy=synergy), quiet
     )
     times.append(time.process_time())
-    flight = one.flight(seed)
+    machine, person = one.seated(seed)
+    flight = SupportFlight(machine, person, one.side)
     needed, attempts = search_flight(flight, seed, quiet)
     times.append(time.process_time())
     other, tried = one.flight(seed + KNOWN_SEED), list[tuple[int, float, bool]]()
@@ -64,7 +66,7 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
     return {
         "rig": rig, "level": level, "seed": seed, "repeats": repeats, "strength": strength, "synergy": synergy,
         "found": middle, "low": low, "high": high, "beyond": needed.beyond, "attempts": len(attempts),
-        "minutes": flight.seconds / 60.0, "rescues": flight.rescues, "clipped_share": flight.clipped_share,
+        "minutes": flight.seconds / 60.0, "rescues": flight.rescues, "clipped_share": machine.clipped_share,
         "known": flown.needed(), "known_low": known_low, "known_high": known_high,
         "static": static_answer(one, list(flight.places)),
         "tried": [(a.target, round(a.support, 3), a.reached) for a in attempts], "known_tried": tried,

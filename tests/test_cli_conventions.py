@@ -87,7 +87,7 @@ def test_an_option_without_effect_is_refused_by_name():
     with pytest.raises(ConfigError, match="--level is 3, but it acts only on a simulated machine"):
         refuse_idle(parsed("run live", "--drives", "d.toml", "--level", "3"))
     refuse_idle(parsed("run live", "--drives", "d.toml", "--simulate", "--level", "3"))
-    with pytest.raises(ConfigError, match="RIG is mine, but it acts only for a virtual person"):
+    with pytest.raises(ConfigError, match="RIG is mine, but it acts only without --recording"):
         refuse_idle(parsed("run support-level", "mine", "--recording", "r.mcap"))
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from exograv.console.words import said_in
-from exograv.laboratory.assist.assist_command import assist_file, run_assist
-from exograv.laboratory.assist.options import AssistOptions
+from exograv.laboratory.assist.assist_command import run_assist
+from exograv.procedures.rehabilitation.assist.options import AssistOptions
 from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession, read_assist
+from exograv.procedures.rehabilitation.assist.session_files import assist_file
 from exograv.procedures.rehabilitation.assist.words import AssistTexts
 from exograv.recording import read_recording
 from exograv.safety.guard import GRAVITY_LEVEL_S
@@ -39,7 +40,7 @@ def leave(_session: AssistSession, _block: AssistBlock) -> None:
 
 def test_a_session_that_was_left_goes_on_and_every_change_of_support_went_by_the_guards_ramp(tmp_path: Path):
     (tmp_path / "short.toml").write_text(PROTOCOL, encoding="utf-8")
-    options = AssistOptions("P-07", str(tmp_path / "short.toml"), seed=1000, strength=0.1)
+    options = AssistOptions(participant="P-07", protocol=str(tmp_path / "short.toml"), seed=1000, strength=0.1)
     with pytest.raises(KeyboardInterrupt):
         run_assist(options, tmp_path, WORDS, leave, quiet)
     kept = read_assist(assist_file(options, tmp_path), "P-07", options.kept)

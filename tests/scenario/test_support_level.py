@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exograv.laboratory.support_level.flight import SINK_M, SupportFlight
-from exograv.laboratory.support_level.options import SupportOptions
 from exograv.laboratory.support_level.weak_participant import WeakParticipant, prepare_weak_participant
+from exograv.procedures.rehabilitation.support_level.flight import SINK_M, SupportFlight
+from exograv.procedures.rehabilitation.support_level.options import SupportOptions
 from exograv.safety.guard import GRAVITY_LEVEL_S
 
 pytestmark = pytest.mark.slow
@@ -29,8 +29,8 @@ def watched(flight: SupportFlight) -> list[float]:
     supports: list[float] = []
     look = flight._look
 
-    def see(moment, dt):
-        look(moment, dt)
+    def see(t, q):
+        look(t, q)
         supports.append(flight.support)
 
     flight._look = see

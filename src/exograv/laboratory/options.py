@@ -37,8 +37,10 @@ from exograv.procedures.identification.method_names import (
     TorqueSourceName,
     refuse_without_uncertainty,
 )
+from exograv.procedures.rehabilitation.support_level.options import Synergy
 
 WORN_AND_RELAXED = Acts(lambda all_: all_.worn and all_.person == "relaxed", "with --worn and without --person")
+OF_WEAK = Acts(lambda all_: all_.person == "weak", "with --person weak")
 MovementName = Literal["pointing", "recorded"]
 Kilograms = tyro.conf.arg(metavar="KG")
 HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a lighter one.", " kg")
@@ -206,8 +208,17 @@ class DriveSimOptions(Options):
     worn: bool = False
     """Put the wearer into the machine, in the donning posture. Without it the machine hangs empty."""
 
-    person: Literal["relaxed", "virtual"] = "relaxed"
-    """Wearer of `--worn`: relaxed, or a virtual participant who also points at the screen of a session."""
+    person: Literal["relaxed", "virtual", "weak"] = "relaxed"
+    """Wearer of `--worn`: relaxed; a virtual participant who also points at the screen of a session; or a weak person
+    who follows instructions at the bench."""
+
+    strength: Annotated[float | None, OF_WEAK] = None
+    """Strength of the weak person, relative to a healthy adult; 0.1 without this option and without a file."""
+
+    synergy: Annotated[Synergy, OF_WEAK] = None
+
+    person_file: Annotated[Path | None, OF_WEAK] = None
+    """TOML file of the weak person (docs/howto/support_level.md)."""
 
     dummy: Annotated[Path | None, WORN_AND_RELAXED, tyro.conf.arg(metavar="FILE")] = None
     """File of a dummy arm that takes the place of the wearer (docs/howto/accept.md)."""

@@ -64,15 +64,15 @@ def lesson_plan(
 def fly_plan(
     plan: LivePlan,
     seconds: float,
-    folder: Path,
+    path: Path,
     said: Mapping[str, Any],
     progress: Progress,
     started: Callable[[Running], object],
     is_tested: bool = False,
     lsl: Streaming = NO_STREAMING,
 ) -> LiveResult:
-    """Run the plan live and record it in `folder`; see `fly`."""
-    path, joints = folder / "live.mcap", plan.description.joints
+    """Run the plan live and record it at `path`; see `fly`."""
+    joints = plan.description.joints
     settings = settings_of(plan, said)
     with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
         return fly(parts_of(plan, is_tested), seconds, recorder, progress, started, lsl.listening, lsl.ros2)

@@ -48,7 +48,8 @@ def run_live_simulated(
         listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
         description = load_rig(options.rig, options.side)
         refuse_motorless(description)
-        refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
+        path = folder / "live.mcap"
+        refuse_small_disk(path, len(description.joints), options.loop_s)
         machine = prepare()
         said = {
             "disturbance_level": options.level, "world": options.world, "seed": options.seed,
@@ -56,7 +57,7 @@ def run_live_simulated(
         }  # fmt: skip
         plan = _plan(options, machine, progress, stack)
         lsl = streaming_of(options, description, machine.period_s, listening)
-        flown = fly_plan(plan, options.loop_s, folder, said, progress, started, machine.self_test is not None, lsl)
+        flown = fly_plan(plan, options.loop_s, path, said, progress, started, machine.self_test is not None, lsl)
     tested = machine.self_test or SKIPPED
     return live_figures(options.rig, flown, machine.wearer, machine.known, tested, lsl, listening)
 

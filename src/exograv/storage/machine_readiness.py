@@ -37,6 +37,8 @@ NEEDED: Mapping[str, tuple[Need, ...]] = MappingProxyType(
         "run live": WORN,
         "run console": WORN,
         "run train": WORN,
+        "run support-level": WORN,
+        "run assist": WORN,
     }
 )
 """Commands that fly over drives, each with the checks that its machine must have passed (docs/howto/rig_test.md)."""
@@ -51,11 +53,9 @@ WITHOUT_DRIVES: Mapping[str, str] = MappingProxyType(
         "rig motion": _COMPUTES,
         "rig export": _COMPUTES,
         "arm weigh": "it compares with the twin's true weights; `exograv rig accept` weighs a known weight over drives",
-        "run assist": "its person is simulated; sessions with a real person are not implemented",
         "run teach": _LOCK_STEP,
         "run repeat": _LOCK_STEP,
         "run mirror": _LOCK_STEP,
-        "run support-level": "its search asks a virtual person; `--recording` judges a session over drives",
         "data view": _COMPUTES,
         "data replay": _COMPUTES,
         "dev transparency": "it measures effort by the twin's true torques",

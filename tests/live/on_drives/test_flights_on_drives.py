@@ -18,6 +18,7 @@ import pytest
 from tests.console.of_process import short_training
 from tests.lsl_network import VARIABLE, own_network
 
+import exograv
 from exograv.laboratory.amplifier.amplifier_command import EMG
 from exograv.laboratory.amplifier.electrodes import TRIGGER, pulse_times
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
@@ -35,6 +36,7 @@ PULSE_S = 0.005
 """Median of the time from the pulse of a touch to the touch as the page states it [s], on a shared computer."""
 
 CHROMIUM = Path("/usr/bin/chromium")
+SOURCE = Path(exograv.__file__).parent
 EXAMPLE = Path(__file__).parents[3] / "examples" / "drives" / "udp.toml"
 
 
@@ -120,6 +122,27 @@ def test_a_session_runs_from_the_motors_that_switch_on_to_the_arm_that_is_given_
     process = machine.exograv("next", *session)
     assert "session 2 of 'short.toml' has not begun." in " ".join(process.stdout.split())
     assert (machine.folder / "out" / "participants" / "P-07.toml").is_file()
+
+
+def test_support_follows_a_weak_person_over_drives_and_the_session_replays_exactly(machine: Machine):
+    text = (SOURCE / "task/assist_protocols/assist-as-needed.toml").read_text(encoding="utf-8")
+    for before, after in (("blocks = 6", "blocks = 1"), ("block = 12", "block = 4")):
+        assert before in text
+        text = text.replace(before, after, 1)
+    (machine.folder / "assist.toml").write_text(text, encoding="utf-8")
+    words = ("run", "assist", "recupera_like", "--participant", "P-11", "--identify", "15")
+    found = machine.flown(*words, "--protocol", "assist.toml", "--needed-percent", "80")
+    assert (found["session"], found["blocks"]) == (1, 1)
+    assert found["is_simulated"]
+    assert found["live"]["outcome"].startswith("Stop was pressed.")
+    path = machine.folder / found["recording"]
+    recording = read_recording(path)
+    kinds = [one["kind"] for one in recording.messages("/task")]
+    assert kinds == ["reach_began", "reach_ended"] * found["tried"] + ["assist_decided"]
+    assert np.nanmax(recording.ticks["gravity_level"]) == pytest.approx(0.15)
+    command = [sys.executable, "-m", "exograv.cli", "data", "replay", str(path), "--out", "replay"]
+    process = subprocess.run(command, cwd=machine.folder, text=True, capture_output=True, check=False)
+    assert "to the last bit" in process.stdout, process.stdout
 
 
 @pytest.mark.skipif(not CHROMIUM.exists(), reason=f"There is no {CHROMIUM}. On Debian: apt-get install chromium")

@@ -58,7 +58,9 @@ def strike(plan: LivePlan, times: int, progress: Progress) -> Strikes:
     with tempfile.TemporaryDirectory() as folder:
         seconds = SECONDS_A_STRIKE * times * len(KINDS)
         try:
-            flown = fly_plan(plan, seconds, Path(folder), {}, _named(progress, "Striking processes"), started)
+            flown = fly_plan(
+                plan, seconds, Path(folder) / "live.mcap", {}, _named(progress, "Striking processes"), started
+            )
         finally:
             for striker in strikers:
                 striker.end()
@@ -178,7 +180,9 @@ def end_of_guard(plan: LivePlan, progress: Progress) -> GuardEndFigures:
 
     with tempfile.TemporaryDirectory() as folder:
         try:
-            fly_plan(plan, SECONDS_A_STRIKE, Path(folder), {}, _named(progress, "Killing the guard"), started)
+            fly_plan(
+                plan, SECONDS_A_STRIKE, Path(folder) / "live.mcap", {}, _named(progress, "Killing the guard"), started
+            )
             ended = None
         except RigError:
             ended = round(1e-6 * (time.monotonic_ns() - at_ns[0]), 1)

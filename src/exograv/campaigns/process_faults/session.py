@@ -88,7 +88,9 @@ def fly_prepared(
         lsl = Streaming(None, listening, ros2)
         if orders.has(Process.CONSOLE):
             stack.enter_context(_pages(folder))
-        flown = fly_plan(plan, orders.seconds, folder, {}, progress, lambda _: None, is_tested=True, lsl=lsl)
+        flown = fly_plan(
+            plan, orders.seconds, folder / "live.mcap", {}, progress, lambda _: None, is_tested=True, lsl=lsl
+        )
     figures = live_figures(options.rig, flown, None, prepared, "passed", lsl, listening, machine=SERIAL)
     return FlownOnDrives(flown, figures, prepared, None, None, known.form.body, SERIAL)
 

@@ -2,13 +2,20 @@
 
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from exograv.cli.shell.base_options import OutFolder
-from exograv.laboratory.assist.options import AssistOptions
+from exograv.errors import RigError
+from exograv.live.options import PersonForm
+from exograv.procedures.rehabilitation.assist.options import AssistOptions
 
 if TYPE_CHECKING:
     from exograv.laboratory.assist.assist_command import AssistResult
+    from exograv.live.on_drives.assist import AssistOnDrives
+    from exograv.loop.pilot import Progress
+    from exograv.procedures.rehabilitation.assist.session_files import Told
+    from exograv.procedures.rehabilitation.assist.words import AssistTexts
 
 
 @dataclass(frozen=True)
@@ -19,15 +26,17 @@ class AssistLanguage:
     """Language of the sentences and of the therapist's page."""
 
 
-def run_assist_command(spoken: AssistLanguage, options: AssistOptions, common: OutFolder) -> "AssistResult":
-    """Simulate a session that lowers support after success and raises it after failure, and explain each step.
+def run_assist_command(
+    spoken: AssistLanguage, options: AssistOptions, person: PersonForm, common: OutFolder
+) -> "AssistResult | AssistOnDrives":
+    """Run a session that lowers support after success and raises it after failure, and explain each step.
 
-    The virtual person becomes stronger from session to session. Sessions with a real person are not implemented yet.
+    Without --drives the person is virtual, and becomes stronger from session to session.
     """
     from exograv.cli.shell.terminal import bars
     from exograv.console.words import said_in
-    from exograv.laboratory.assist.assist_command import how_to_go_on, run_assist
     from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
+    from exograv.procedures.rehabilitation.assist.session_files import how_to_go_on
     from exograv.procedures.rehabilitation.assist.words import AssistTexts
     from exograv.task.assist_as_needed import SENTENCES
 
@@ -38,10 +47,29 @@ def run_assist_command(spoken: AssistLanguage, options: AssistOptions, common: O
 
     try:
         with bars() as progress:
-            result = run_assist(options, common.out, words, told, progress)
-    except KeyboardInterrupt:
+            result = _run(options, person, common.out, words, told, progress)
+    except (KeyboardInterrupt, RigError):
         print(f"\n{how_to_go_on(options, common.out)}", file=sys.stderr)
         raise
     print(words.following(result.found.next_percent))
     print(f"Page: {result.page}")
     return result
+
+
+def _run(
+    options: AssistOptions,
+    person: PersonForm,
+    folder: Path,
+    words: "AssistTexts",
+    told: "Told",
+    progress: "Progress",
+) -> "AssistResult | AssistOnDrives":
+    if not options.is_on_drives:
+        from exograv.laboratory.assist.assist_command import run_assist
+
+        return run_assist(options, folder, words, told, progress)
+    from exograv.api.rig_factory import simulated_wearer
+    from exograv.cli.shell.terminal import say
+    from exograv.live.on_drives.assist import run_assist_on_drives
+
+    return run_assist_on_drives(options, person, folder, words, told, progress, say, simulated_wearer(options))

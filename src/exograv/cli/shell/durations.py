@@ -134,6 +134,16 @@ def _verify(options: Any) -> float:
     return _prepared(options) + VERIFIED_S
 
 
+def _assist(options: Any) -> float | None:
+    return None if options.is_on_drives else CALIBRATION_S + 20.0  # On drives the person's attempts decide.
+
+
+def _support_level(options: Any) -> float | None:
+    if options.recording:
+        return 3.0
+    return None if options.is_on_drives else CALIBRATION_S + 4.0 + ATTEMPTS_S
+
+
 def _train(options: Any) -> float | None:
     if options.is_on_drives:  # A session with a person; the protocol states its duration.
         return None
@@ -236,11 +246,11 @@ DURATIONS: dict[str, Seconds] = {
     "arm verify": _verify,
     "run live": _live,
     "run train": _train,
-    "run assist": lambda _: CALIBRATION_S + 20.0,
+    "run assist": _assist,
     "run teach": lambda _: CALIBRATION_S + 3.0,
     "run repeat": lambda options: CALIBRATION_S + 3.0 + options.repetitions / options.speed,
     "run mirror": lambda options: CALIBRATION_S + 30.0 + 0.5 * options.seconds,
-    "run support-level": lambda options: 3.0 if options.recording else CALIBRATION_S + 4.0 + ATTEMPTS_S,
+    "run support-level": _support_level,
     "study add": lambda options: _by_size(options, 0.1, "files"),
     "study status": lambda options: 3.0 if not options.remake else _by_size(options, 0.1, "study"),
     "study report": lambda options: REPORT_S + (_by_size(options, REPORT_S_PER_MB, "study") or 0.0),

@@ -31,9 +31,11 @@ from exograv.runtime.clock.realtime import GUARD_PRIORITY, realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode
 from exograv.task.protocol import load_protocol
 
+from .weak_wearer import WeakWearerBehindDrives
 from .wearer_behind_drives import WearerBehindDrives
 
 Say = Callable[[str], None]
+Hear = Callable[[str], None]
 
 DRIVES_PRIORITY = GUARD_PRIORITY + 10
 """Priority of simulated drives in real time. Real ones have a computer of their own: no other program delays them."""
@@ -58,7 +60,11 @@ def run_drive_sim(
     wiring = _wiring(options, drives.joints)
     make = front_end(options.bus, drives)
     wearer = _virtual_participant(options)
-    plant = _plant(options, description, drives, wiring) if wearer is None else _pointing(wearer, drives, wiring)
+    if wearer is not None:
+        plant = _pointing(wearer, drives, wiring)
+    else:
+        of_person = _weak if options.person == "weak" else _plant
+        plant = of_person(options, description, drives, wiring)
     device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = SimulatedBench(drives.joints, plant, device, say, options.ends_with_input)
     _hear_keyboard(bench, options.lock_step)
@@ -127,6 +133,12 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
         laboratory = with_dummy(laboratory, load_dummy(options.dummy), options.seed)
     twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
+    plant.before_step, plant.hear = _relaxed(plant, twin, laboratory)
+    return plant
+
+
+def _relaxed(plant: Plant, twin: Twin, laboratory: VirtualLaboratory) -> tuple[Callable[[], None], Hear]:
+    """Return the acts of a wearer who holds the arm until the machine carries it: in each step, and at a new mode."""
     own = laboratory.own_arm()
     grip, attentive = ArmHold(twin, own), AttentiveHold(twin, own)
     is_told = is_attentive = False
@@ -147,11 +159,20 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
             grip.give_over(plant.now + REST_BEFORE_RAMP_S, RAMP_IN_S)
         grip.act()
 
-    plant.before_step, plant.hear = hold, _checked(hear)
+    return hold, _checked(hear)
+
+
+def _weak(options: DriveSimOptions, description: RigDescription, drives: Drives, wiring: dict[str, Wiring]) -> Plant:
+    """Return the plant of a weak person who follows instructions at the bench."""
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world)
+    wearer = WeakWearerBehindDrives(_twin_of(options, laboratory), options)
+    plant = Plant(wearer.twin, drives, wiring)
+    wearer.hold, plant.hear = _relaxed(plant, wearer.twin, wearer.laboratory)
+    plant.before_step, plant.person = wearer.act, wearer
     return plant
 
 
-def _checked(hear: Callable[[str], None]) -> Callable[[str], None]:
+def _checked(hear: Hear) -> Hear:
     """Return the function that passes on the names of modes only, so that the wearer stays as before a wrong one."""
 
     def checked(mode_name: str) -> None:
@@ -169,10 +190,10 @@ def _virtual_participant(options: DriveSimOptions) -> WearerBehindDrives | None:
         ConfigError: The machine is empty, or the protocol cannot be read.
         RigError: Another process listens at the port of the line.
     """
-    if options.person == "relaxed":
+    if options.person != "relaxed" and not options.worn:
+        raise ConfigError(f"--person is {options.person}, but the machine is empty. Add --worn.")
+    if options.person != "virtual":
         return None
-    if not options.worn:
-        raise ConfigError("--person is virtual, but the machine is empty. Add --worn.")
     laboratory = draw_laboratory(
         options.rig, options.side, options.level, options.seed, donning=options.donning, world=options.world
     )

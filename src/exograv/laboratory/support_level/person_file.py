@@ -7,9 +7,8 @@ from pydantic import Field, ValidationError
 
 from exograv.errors import ConfigError
 from exograv.model.rig_settings import Settings
+from exograv.procedures.rehabilitation.support_level.options import WeakPersonOptions
 from exograv.rig.twin.behaviour.weakness import Weakness, drawn_weakness
-
-from .options import SupportOptions
 
 
 class PersonFile(Settings):
@@ -23,7 +22,7 @@ class PersonFile(Settings):
     noise: float = Field(0.05, ge=0.0, le=0.5)
 
 
-def weakness_of(options: SupportOptions, freedoms: int) -> Weakness:
+def weakness_of(options: WeakPersonOptions, freedoms: int) -> Weakness:
     """Read or draw the weakness of the requested person.
 
     Raises:

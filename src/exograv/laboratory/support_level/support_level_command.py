@@ -9,19 +9,22 @@ import numpy as np
 from exograv.laboratory.provenance import run_settings
 from exograv.loop.pilot import Progress
 from exograv.loop.run_settings import RunSettings, TwinRun
+from exograv.procedures.rehabilitation.support_level.options import SupportOptions
 from exograv.procedures.rehabilitation.support_level.outcome import figures
 from exograv.procedures.rehabilitation.support_level.recorded_attempts import recorded_attempts
-from exograv.procedures.rehabilitation.support_level.search import CRITERION, NeededSupport, search
+from exograv.procedures.rehabilitation.support_level.search import CRITERION, NeededSupport
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
+from exograv.procedures.rehabilitation.support_level.tested_support import draw_outcome, search_and_test
 from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST, ThresholdSearch
 from exograv.recording import RecordingWriter
 from exograv.report.figures.support_data import SupportOutcome
 from exograv.results import MERGED, json_value
 from exograv.storage.self_test_pass import NOT_NEEDED
 
-from .flight import Attempt, SupportFlight
-from .options import SupportOptions
 from .weak_participant import WeakParticipant, prepare_weak_participant
+
+OF_DRIVES = ("drives", "simulate", "calibration", "real_time", "identify_s")
+"""Options that are absent from the recording of a twin."""
 
 
 @dataclass(frozen=True)
@@ -72,16 +75,9 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
     path = folder / f"{options.name}.mcap"
     with RecordingWriter(path, one.laboratory.description.joints, json_value(_settings(options, one))) as recording:
         flight = one.flight(options.seed, recording)
-        needed, attempts = search_flight(flight, options.seed, progress)
-        # Every target is tried once with the found support: the result of the search is tested, not assumed.
-        confirmed = list[Attempt]()
-        for target in range(len(TARGETS)):
-            progress("Testing the found support", target / len(TARGETS))
-            confirmed.append(flight.attempt(target, needed.ci[0]))
-        flight.carry_all()
-        tried = [(one.target, one.support, one.reached) for one in attempts]
+        outcome = search_and_test(flight, options.seed, progress).outcome
         found = VirtualSupport(
-            figures(needed, tried, sum(one.reached for one in confirmed)),
+            outcome,
             TwinRun(one.laboratory.description.name, options.level, options.world, options.seed),
             one.weakness.strength.round(4),
             one.weakness.synergy,
@@ -90,7 +86,7 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
             is_simulated=True,
         )
         recording.write("/result", one.known.t + flight.seconds, {"task": json_value(found), "rig": options.rig})
-    figure = _drawn(found.outcome, True, folder / f"{options.name}.svg")
+    figure = draw_outcome(found.outcome, True, folder / f"{options.name}.svg")
     return SupportResult(found, figure, path, NOT_NEEDED, round(time.perf_counter() - start, 1))
 
 
@@ -105,33 +101,16 @@ def run_recorded(recording: Path, folder: Path, name: str) -> RecordedSupport:
     for target, support, reached in tried:
         found.take(target, support, reached)
     outcome = figures(NeededSupport(found.posterior(DRAWS_LAST), len(tried)), tried, None)
-    return RecordedSupport(outcome, is_simulated, recording, _drawn(outcome, is_simulated, folder / f"{name}.svg"))
-
-
-def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple[NeededSupport, list[Attempt]]:
-    """Search with attempts in the twin. The attempts are returned too."""
-    attempts: list[Attempt] = []
-
-    def tries(target: int, support: float) -> bool:
-        attempts.append(flight.attempt(target, support))
-        return attempts[-1].reached
-
-    return search(tries, seed, progress), attempts
-
-
-def _drawn(outcome: SupportOutcome, is_simulated: bool, path: Path) -> Path:
-    from exograv.report.figures.support import draw_support  # Matplotlib: 0.4 s
-    from exograv.report.style.figure_style import write_picture
-
-    for place in (path.with_suffix(".png"), path):
-        write_picture(place, lambda: draw_support(outcome, is_simulated))
-    return path
+    return RecordedSupport(
+        outcome, is_simulated, recording, draw_outcome(outcome, is_simulated, folder / f"{name}.svg")
+    )
 
 
 def _settings(options: SupportOptions, one: WeakParticipant) -> RunSettings:
     # The path of a file changes no result. Its content is recorded as the weakness.
+    taken = {name: value for name, value in json_value(options).items() if name not in OF_DRIVES}
     settings = {
-        "options": json_value(options) | {"person_file": None},
+        "options": taken | {"person_file": None},
         "weakness": one.weakness,
     }
     return run_settings(one.laboratory, "exograv run support-level", options.level, options.seed, settings)

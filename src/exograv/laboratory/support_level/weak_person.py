@@ -1,8 +1,7 @@
 """Virtual person of little strength who tries to reach targets: intended motion, its plan and felt weight.
 
 The person reads the twin's true arm, as people know their own. It has no access to control or identification, and
-    the
-controller has none to it.
+the controller has none to it.
 """
 
 from dataclasses import dataclass
@@ -15,12 +14,10 @@ from exograv import motion
 from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.motion import Trajectory
+from exograv.procedures.rehabilitation.support_level.flight import MOVE_S
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.rig.twin.behaviour.weakness import Weakness, WeakWearer
-
-MOVE_S = 2.0
-"""Duration of a reach, and of the return [s]. Assumed: a weak person is asked not to hurry."""
 
 TABLE_EVERY = 40
 """Ticks between two samples of the torque that a movement needs."""
@@ -67,7 +64,7 @@ class ReachingPerson:
         """Start at rest, fully supported. `seed` draws the strength that each attempt mobilises, and the noise."""
         self._body, self._twin = body, twin
         self._muscles = WeakWearer(weakness, twin.period_s, np.random.default_rng([seed, 47]))
-        self.rest = np.clip(np.deg2rad(REST_DEG), body.lower, body.upper)
+        self._rest = np.clip(np.deg2rad(REST_DEG), body.lower, body.upper)
         self._postures: dict[tuple[float, ...], PerFreedom] = {}
         self.gravity_felt = 0.0
         """Share of the arm's weight for which the muscles are prepared [-]. It follows the felt level."""
@@ -81,8 +78,12 @@ class ReachingPerson:
         self._want(motion.minimum_jerk(at, posture, seconds, self._twin.period_s), level)
         self.gravity_felt = level
 
-    def reach(self, place: Place) -> None:
-        """Plan a motion of the fingertip to a place [m]."""
+    def rest(self, seconds: float = MOVE_S, gravity_level: float | None = None) -> None:
+        """Plan the return to rest, while the felt gravity level changes."""
+        self.go_to(self._rest, seconds, gravity_level)
+
+    def reach(self, target: int, place: Place) -> None:
+        """Plan a motion of the fingertip to a target at this place [m]."""
         key = tuple(place.tolist())
         if key not in self._postures:
             self._postures[key] = self._body.posture_at(place)

@@ -8,14 +8,16 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
-from exograv.errors import ConfigError, IdentificationError
+from exograv.errors import ConfigError, IdentificationError, RigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import LiveFigures, live_figures
 from exograv.live.live_flight import fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, person_believed, unknown_person
+from exograv.live.live_procedure import LiveProcedure
 from exograv.live.live_processes import LiveResult, Running
 from exograv.live.options import LiveOptions, PersonForm
+from exograv.loop.floating_machine import FloatingMachine
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
@@ -23,9 +25,10 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
+from exograv.next_command import same_machine
 from exograv.procedures.bring_up.hands import Hands
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.estimator_session import Belief, table_guess
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.identification.warm_start import belief_today
@@ -36,6 +39,7 @@ from exograv.rig.drives.settings import Drives
 from exograv.runtime.lsl.listening import Listening
 from exograv.safety.stops import StopReason
 from exograv.storage.participant_file import read_participant, refuse_other, refuse_other_body, refuted_text
+from exograv.storage.participant_schema import StoredParticipant
 
 from .connection import CONNECTING, Say, drawn_by, drives_with_hands, not_ready, readiness_of
 from .fault_lock import lock_after_fault
@@ -82,12 +86,16 @@ class Procedure:
     """Options of `exograv dev drive-sim`."""
     recording_in: Path | None = None
     """Folder of the recording, by default that of the machine's files."""
+    recording_name: str = "live.mcap"
+    """Name of the recording."""
     ready: str = READY
     """Instruction to the operator before the motors switch on."""
     acts: Callable[[Running, Hands], object] = lambda *_: None
     """Function that is called several times a second while the loop runs."""
     afterwards: Callable[[Drives, Hands], object] = lambda *_: None
     """Function that is called after the flight, while simulated drives still exist and the bus is free."""
+    performs: Callable[[FloatingMachine, Hands, Progress], object] | None = None
+    """Procedure with the floating arm, after which the arm is let down; None to let it float for the given time."""
     on_purpose: tuple[StopReason, ...] = ()
     """Reasons of a stop that the procedure causes itself."""
 
@@ -134,8 +142,8 @@ def fly_on_drives(
     told = procedure.form or form_of_wearer(
         description, person, options.simulate, wearer, None if before is None else before.person
     )
-    recorded_in = procedure.recording_in or folder
-    refuse_small_disk(recorded_in / "live.mcap", len(description.joints), options.loop_s)
+    path = (procedure.recording_in or folder) / procedure.recording_name
+    refuse_small_disk(path, len(description.joints), options.loop_s)
     progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
         refuse = not_ready(options, folder, description, procedure.command, say)
@@ -149,14 +157,8 @@ def fly_on_drives(
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
         belief = None
         if known_arm is not None and before is not None:
-            now = datetime.now(UTC)
-            refuse_other(known_arm, before, assembly, serial, now)
-            refuse_other_body(known_arm, before, told.body)
-            if warning := refuted_text(before):
-                say(warning)
-            else:
-                belief, _ = belief_today(before, assembly, machine, now)
-                prepared = replace(prepared, x=belief[0])
+            belief = _belief(known_arm, before, prepared, told.body, serial, say)
+            prepared = prepared if belief is None else replace(prepared, x=belief[0])
         progress("Computing limits for an unknown arm" if belief is None else "Computing the person's limits", 0.0)
         limits = unknown_person(assembly, machine) if belief is None else person_believed(assembly, machine, belief)
         verification = _verification(prepared, options, options.seed) if procedure.is_verified else None
@@ -174,31 +176,70 @@ def fly_on_drives(
         if not options.simulate:
             _await_enter(say, procedure.ready)
         said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
-        watch = PersonWatch(progress, lambda running: procedure.acts(running, hands))
-        flown = fly_plan(
-            plan, options.loop_s + passes_s, recorded_in, said, watch, watch.begin, is_tested=True, lsl=lsl
-        )
+        performed = _performed(procedure, hands, prepared, period_s, progress)
+        watch = PersonWatch(progress, lambda running: procedure.acts(running, hands), performed)
+        with contextlib.nullcontext() if performed is None else performed:
+            flown = fly_plan(plan, options.loop_s + passes_s, path, said, watch, watch.begin, is_tested=True, lsl=lsl)
         procedure.afterwards(drives, hands)
     lock_after_fault(key, flown.report, procedure.on_purpose)
-    if watch.refusal:
-        raise IdentificationError(f"{watch.refusal} The arm was let down. Correct the form, then repeat.")
-    if watch.is_contradicted:
-        raise IdentificationError(
-            f"{known_arm} does not fit this arm: another person's file, or a large change. The arm was let down. Check "
-            "the code, and any load in the hand. Without --participant the person is identified from the start."
-        )
+    watch.refuse(known_arm)
+    if performed is not None and performed.failure is not None:
+        raise _incomplete(performed.failure, flown, options, folder) from performed.failure
     figures = live_figures(
         options.rig, flown, wearer, prepared, f"passed: {key.file}", lsl, listening, machine=serial
     )  # fmt: skip
     return FlownOnDrives(flown, figures, prepared, wearer, verification, told.body, serial)
 
 
+def _belief(
+    file: Path, before: StoredParticipant, prepared: ControllerKnowledge, body: Body, serial: str, say: Say
+) -> Belief | None:
+    """Return the belief of an earlier day; None if the file is refuted.
+
+    Raises:
+        ConfigError: The file is of another machine or another person.
+    """
+    now = datetime.now(UTC)
+    refuse_other(file, before, prepared.assembly, serial, now)
+    refuse_other_body(file, before, body)
+    if warning := refuted_text(before):
+        say(warning)
+        return None
+    return belief_today(before, prepared.assembly, prepared.machine, now)[0]
+
+
+def _performed(
+    procedure: Procedure, hands: Hands, prepared: ControllerKnowledge, period_s: float, progress: Progress
+) -> LiveProcedure | None:
+    if (performs := procedure.performs) is None:
+        return None
+    return LiveProcedure(lambda machine, shown: performs(machine, hands, shown), prepared, period_s, progress)
+
+
+def _incomplete(failure: BaseException, flown: LiveResult, options: LiveOptions, folder: Path) -> BaseException:
+    """Return the error of a procedure that ended early, with the stop that was its cause."""
+    if not isinstance(failure, RigError):
+        return failure
+    latches = flown.report.latches
+    why = f" It stopped after {latches[0].at_s:.1f} s: {latches[0].cause}" if latches else ""
+    test = same_machine("rig self-test", options, folder)
+    return RigError(
+        f"{failure}{why} Recording until then: {flown.path}. After a fault test the machine again (`{test}`), then "
+        "repeat."
+    )
+
+
 class PersonWatch:
     """Progress of a live run that lets the arm down if the motion contradicts the person's file or form."""
 
-    def __init__(self, progress: Progress, acts: Callable[[Running], object] = lambda _: None):
-        """Pass the progress on to `progress`, and the running processes to `acts`."""
-        self._progress, self._acts, self._running = progress, acts, None
+    def __init__(
+        self,
+        progress: Progress,
+        acts: Callable[[Running], object] = lambda _: None,
+        performed: LiveProcedure | None = None,
+    ):
+        """Pass the progress on to `progress`, and the running processes to `acts` and to a procedure."""
+        self._progress, self._acts, self._performed, self._running = progress, acts, performed, None
         self.is_contradicted = False
         """True if the motion contradicts the file."""
         self.refusal = ""
@@ -207,10 +248,28 @@ class PersonWatch:
     def begin(self, running: Running) -> None:
         """Take the running processes."""
         self._running = running
+        if self._performed is not None:
+            self._performed.begin(running)
+
+    def refuse(self, known_arm: Path | None) -> None:
+        """Refuse a person whom the motion contradicts.
+
+        Raises:
+            IdentificationError: The motion contradicts the person's file or form.
+        """
+        if self.refusal:
+            raise IdentificationError(f"{self.refusal} The arm was let down. Correct the form, then repeat.")
+        if self.is_contradicted:
+            raise IdentificationError(
+                f"{known_arm} does not fit this arm: another person's file, or a large change. The arm was let down. "
+                "Check the code, and any load in the hand. Without --participant the person is identified from the "
+                "start."
+            )
 
     def __call__(self, text: str, share: float) -> None:
         """Look at the worker's newest report, several times a second."""
-        self._progress(text, share)
+        if self._performed is None or not self._performed.has_begun:
+            self._progress(text, share)
         if self._running is not None:
             self._acts(self._running)
         worker = None if self._running is None else self._running.worker

@@ -92,8 +92,12 @@ class BenchHands:
     lowers_s = 1.0
 
     def __init__(self, tell: Callable[[str], None]):
-        """Prepare to command the bench; `tell` sends it one line of text."""
-        self._tell = tell
+        """Prepare to command the bench.
+
+        Args:
+            tell: Function that sends one line of text to the bench.
+        """
+        self.tell = self._tell = tell
 
     @property
     def weights(self) -> Operator:

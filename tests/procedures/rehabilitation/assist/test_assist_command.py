@@ -10,7 +10,8 @@ from exograv.console.words import said_in
 from exograv.errors import ConfigError
 from exograv.laboratory.assist import assist_command as run
 from exograv.laboratory.assist.assist_command import AssistResult
-from exograv.laboratory.assist.options import AssistOptions
+from exograv.procedures.rehabilitation.assist import session_files
+from exograv.procedures.rehabilitation.assist.options import AssistOptions
 from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
 from exograv.procedures.rehabilitation.assist.words import AssistTexts
 from exograv.recording import read_recording
@@ -20,7 +21,7 @@ from exograv.task.assist_as_needed import SENTENCES
 from .weak import Weak
 
 WORDS = AssistTexts("en", {"en": SENTENCES, "de": said_in("de")})
-OPTIONS = AssistOptions("P-07", seed=1000)
+OPTIONS = AssistOptions(participant="P-07", seed=1000)
 SETTINGS = {"rig": "recupera_like_qdd", "side": "right", "command": "exograv run assist --simulate", "seed": 1000,
             "disturbance_level": 2}  # fmt: skip
 
@@ -44,7 +45,7 @@ def no_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(run, "prepare_weak_participant", prepared)
     monkeypatch.setattr(run, "_settings", lambda *_: SETTINGS)
-    monkeypatch.setattr(run, "write_assist_page", lambda path, _file, _words: path.write_text("page"))
+    monkeypatch.setattr(session_files, "write_assist_page", lambda path, _file, _words: path.write_text("page"))
 
 
 def call(folder: Path, leaves_after: int = 0) -> AssistResult:

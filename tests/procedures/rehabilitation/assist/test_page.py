@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from exograv.console.words import said_in
-from exograv.laboratory.assist.session import fly_session
 from exograv.procedures.rehabilitation.assist.page import course, page_of, write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import AssistFile, opened
+from exograv.procedures.rehabilitation.assist.session import fly_session
 from exograv.procedures.rehabilitation.assist.words import AssistTexts, Language, page_words
 from exograv.report.style.page import page_text
 from exograv.task.assist_as_needed import SENTENCES

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.assist.session import fly_session
 from exograv.procedures.rehabilitation.assist.participant_record import (
     ASSIST_FILE,
     AssistFile,
@@ -14,6 +13,7 @@ from exograv.procedures.rehabilitation.assist.participant_record import (
     opened,
     read_assist,
 )
+from exograv.procedures.rehabilitation.assist.session import fly_session
 
 from .weak import Weak, usual
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exograv.laboratory.assist.session import fly_block, fly_session
 from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistFile, AssistSession, opened
+from exograv.procedures.rehabilitation.assist.session import fly_block, fly_session
 from exograv.task.assist_as_needed import AssistSettings, AssistState
 
 from .weak import Weak, usual

@@ -1,6 +1,6 @@
 """Virtual person without a machine: reaches a target with enough support, and sinks with far too little."""
 
-from exograv.laboratory.support_level.flight import Attempt
+from exograv.procedures.rehabilitation.support_level.flight import Attempt
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
 from exograv.task.assist_protocol import LoadedAssist, load_assist_protocol
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.support_level.options import SupportOptions
 from exograv.laboratory.support_level.person_file import weakness_of
+from exograv.procedures.rehabilitation.support_level.options import SupportOptions
 
 
 def person(tmp_path: Path, text: str) -> SupportOptions:

@@ -4,6 +4,7 @@ import io
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.devices import SimulatedDevices
-from exograv.rig.drives.simulated.plant import Plant
+from exograv.rig.drives.simulated.plant import InstructedWearer, Plant
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "drives" / "udp.toml"
@@ -123,3 +124,16 @@ def test_typed_lines_are_obeyed_between_steps_and_quit_ends(stage: Stage):
     assert stage.bench.is_done
     assert stage.drives[0].fault is DriveFault.INTERNAL
     assert "is not a command" in stage.said[0]
+
+
+def test_only_a_person_who_follows_instructions_hears_them(stage: Stage):
+    with pytest.raises(RigError, match="Start with --worn --person weak"):
+        stage.bench.do("rest 2 0.5")
+    person = Mock(spec=InstructedWearer)
+    stage.plant.person = person
+    for line in ("rest 2 0.5", "attempt", "reach 7 0.1 -0.2 0.3"):
+        stage.bench.do(line)
+    person.rest.assert_called_once_with(2.0, 0.5)
+    person.attempt.assert_called_once_with()
+    (target, place), _ = person.reach.call_args
+    assert (target, place.tolist()) == (7, [0.1, -0.2, 0.3])

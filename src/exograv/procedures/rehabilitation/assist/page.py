@@ -61,7 +61,7 @@ def page_of(file: AssistFile, words: AssistTexts) -> Page:
         title=title,
         line=title,
         language=words.language,
-        simulated=word("simulated"),
+        simulated="" if file.options.get("drives") == "real" else word("simulated"),
         chapters=[
             Chapter(word("course"), (), "course", figure, word("caption")),
             Chapter(word("decisions"), [Table(columns, rows)], "decisions"),

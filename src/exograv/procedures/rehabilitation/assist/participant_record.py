@@ -114,5 +114,6 @@ def read_assist(path: Path, participant: str, options: OptionRecord) -> AssistFi
         return AssistFile(participant=participant, options=options)
     if file.participant != participant:
         raise ConfigError(f"{path} belongs to {file.participant}, not to {participant}. Give another --out.")
-    ASSIST_FILE.refuse_other(path, file.options, options)
+    # An option that only the file has, such as `drives`, is refused, too.
+    ASSIST_FILE.refuse_other(path, file.options, {**dict.fromkeys(file.options), **options})
     return file

@@ -11,6 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
+from exograv.errors import ConfigError
+from exograv.model.description import RigDescription
+
 Place = Float[np.ndarray, " 3"]
 
 TOLERANCE_M = 0.05
@@ -80,3 +83,16 @@ class ReachJudge:
             self._since = t if self._since is None else self._since
             self.reached = self.reached or t - self._since >= DWELL_S
         return self.reached
+
+
+def refuse_without_targets(description: RigDescription) -> None:
+    """Refuse a machine for which the targets are not made.
+
+    Raises:
+        ConfigError: The machine does not have the four joints of one arm.
+    """
+    if len(description.joints) != 4 or description.settings.donning.arm_posture_deg:
+        raise ConfigError(
+            f"{description.name} does not have the four joints of one arm, for which the targets are made. Choose "
+            "recupera_like or recupera_like_qdd."
+        )

@@ -7,11 +7,13 @@ import select
 import threading
 from collections.abc import Callable, Iterable
 
+import numpy as np
+
 from exograv.errors import ExogravError, RigError
 from exograv.rig.drive_status import DriveFault
 
 from .devices import SimulatedDevices
-from .plant import Plant
+from .plant import InstructedWearer, Plant
 
 HELP = """\
 hang MOUNT KG   hang a weight at a mount of the machine; 0 removes it
@@ -22,6 +24,8 @@ freeze JOINT    let this drive repeat its last sample, while its motor goes on; 
 fail JOINT      internal fault of this drive
 heat JOINT C    set the temperature of its winding
 mode NAME       tell the wearer that this mode of the machine begins, such as ramp_in
+rest S LEVEL    tell a weak person to go to rest within S seconds, at this gravity level
+attempt         tell a weak person to get ready; reach N X Y Z: reach for target N at this place in metres
 press           hardware stop: every drive is off and brakes; release: close its line again
 report          state of each drive by its own report, as JSON
 quit            end"""
@@ -118,6 +122,9 @@ class SimulatedBench:
             "fail": lambda joint: self._plant.each[self._joint(joint)].fail(DriveFault.INTERNAL),
             "heat": self._heat,
             "mode": self._plant.hear,
+            "rest": lambda seconds, level: self._person.rest(_number(seconds), _number(level)),
+            "attempt": self._attempt,
+            "reach": self._reach,
             "press": self._plant.press_stop,
             "release": self._plant.release_stop,
             "report": lambda: self._say(self.report()),
@@ -152,6 +159,18 @@ class SimulatedBench:
     def _turn(self, joint: str, torque: str) -> None:
         self._plant.twin.tau_hand[self._joint(joint)] = _number(torque)
 
+    def _attempt(self) -> None:
+        self._person.attempt()
+
+    def _reach(self, target: str, *place: str) -> None:
+        self._person.reach(round(_number(target)), np.array([_number(one) for one in place]))
+
+    @property
+    def _person(self) -> InstructedWearer:
+        if self._plant.person is None:
+            raise RigError("No person in the machine follows instructions. Start with --worn --person weak.")
+        return self._plant.person
+
     def _end(self) -> None:
         self.is_done = True
 
@@ -161,7 +180,19 @@ class SimulatedBench:
         return self._joints.index(name)
 
 
-_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "mode": 1, "unplug": 1, "plug": 1, "freeze": 1, "thaw": 1, "fail": 1}
+_WORDS_AFTER = {
+    "hang": 2,
+    "turn": 2,
+    "heat": 2,
+    "mode": 1,
+    "rest": 2,
+    "reach": 4,
+    "unplug": 1,
+    "plug": 1,
+    "freeze": 1,
+    "thaw": 1,
+    "fail": 1,
+}
 
 
 def _number(text: str) -> float:

@@ -38,6 +38,23 @@ class SimulatedMachine(Rig, Protocol):
         ...
 
 
+@runtime_checkable
+class InstructedWearer(Protocol):
+    """Simulated person in the machine who follows instructions of an operator."""
+
+    def rest(self, seconds: float, gravity_level: float) -> None:
+        """Go to rest within a time [s], while the felt gravity level changes to this value."""
+        ...
+
+    def attempt(self) -> None:
+        """Get ready for the next attempt."""
+        ...
+
+    def reach(self, target: int, place: np.ndarray) -> None:
+        """Reach for a target, by its number and its place in the base frame [m]."""
+        ...
+
+
 @dataclass(frozen=True)
 class Wiring:
     """Wiring of one joint, in addition to the entries of `drives.toml`."""
@@ -71,6 +88,8 @@ class Plant:
         """Action of a simulated person in the machine, called before each step."""
         self.hear: Callable[[str], None] = lambda _name: None
         """Function that tells a simulated person in the machine the mode that begins, by its name in lower case."""
+        self.person: InstructedWearer | None = None
+        """Simulated person in the machine who follows instructions; None if there is none."""
         self._measured = twin.read()
         self._sequence, self._ahead_s = 0, 0.0
         self._frozen: dict[int, tuple[JointState, int]] = {}

@@ -5,24 +5,20 @@ The arm is fully carried at first, and support decreases from there. An arm that
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv import motion
-from exograv.errors import RigError
-from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Pilot
-from exograv.loop.tick_sample import TickSample
-from exograv.procedures.rehabilitation.support_level.targets import TARGETS, TIME_S, ReachJudge, Target
+from exograv.loop.floating_machine import FloatingMachine
 from exograv.task.levels import slewing_s
 
-from .weak_person import MOVE_S, ReachingPerson
+from .targets import TARGETS, TIME_S, ReachJudge, Target
 
 Place = Float[np.ndarray, " 3"]
 
-LOOK_TICKS = 20
-"""Ticks between two evaluations of the fingertip."""
+MOVE_S = 2.0
+"""Duration of a reach, and of the return [s]. Assumed: a weak person is asked not to hurry."""
 
 SETTLE_S = 0.5
 """Time after a ramp or a motion before the arm's position counts [s]."""
@@ -53,47 +49,53 @@ class Attempt:
     """True if the machine took the whole weight again, because the arm sank."""
 
 
+@runtime_checkable
+class InstructedPerson(Protocol):
+    """Person in the machine who follows instructions: simulated, or real and told by the operator."""
+
+    def rest(self, seconds: float = MOVE_S, gravity_level: float | None = None) -> None:
+        """Go to rest within a time [s], while the felt gravity level changes to this value, if one is given."""
+        ...
+
+    def attempt(self) -> None:
+        """Get ready for the next attempt."""
+        ...
+
+    def reach(self, target: int, place: Place) -> None:
+        """Reach for a target, by its number from 0 and its place in the base frame [m]."""
+        ...
+
+
 class SupportFlight:
     """Run of the machine with the attempts. It knows the arm only by the controller's estimate."""
 
-    def __init__(self, pilot: Pilot, controller: ArmController, person: ReachingPerson, side: str):
-        """Move the floating arm to rest. The pilot's guard must have the person's limits.
+    def __init__(self, machine: FloatingMachine, person: InstructedPerson, side: str):
+        """Move the floating arm to rest. The guard must have the person's limits.
 
         Raises:
-            RigError: The guard has no person's limits. The following methods raise it if the envelope stops the
-                run.
+            RigError: The machine was stopped, here or in the following methods.
         """
-        self._pilot, self._controller, self._person = pilot, controller, person
-        self._ticks, self._tip, self._begin = 0, np.zeros(3), pilot.rig.t
+        self._machine, self._person = machine, person
+        self._tip, self._tip_t, self._begin = np.zeros(3), machine.t, machine.t
         self._rest_tip: Place | None = None
         self._rescued = False
         self.rescues = 0
-        if pilot.envelope.person is None:
-            raise RigError(
-                "The guard does not know who is in the machine. Give it the person's limits before the support changes."
-            )
-        pilot.begin("go to rest")
-        person.go_to(person.rest)
+        machine.begin("go to rest")
+        person.rest()
         self._run(2.0 * MOVE_S)
         self._rest_tip = self._tip.copy()
-        self.places = tuple(target_places(np.array(controller.skeleton(pilot.q)[1]), side))
+        self.places = tuple(target_places(np.array(machine.skeleton(machine.q)[1]), side))
         """Places of the targets in the base frame, for this arm by the controller's model [m]."""
 
     @property
     def support(self) -> float:
         """Share of the arm's weight that the machine carries now [-]."""
-        person = self._pilot.envelope.person
-        return 1.0 - (0.0 if person is None else person.gravity_level)
+        return 1.0 - self._machine.gravity_level
 
     @property
     def seconds(self) -> float:
         """Time since the start of the test [s]."""
-        return self._pilot.rig.t - self._begin
-
-    @property
-    def clipped_share(self) -> float:
-        """Share of the ticks in which the guard limited torque or its rate [-]."""
-        return self._pilot.envelope.clipped_ticks / max(self._ticks, 1)
+        return self._machine.t - self._begin
 
     def attempt(self, target: int, support: float) -> Attempt:
         """Ramp the support to this share by the guard, let the person try, and return to rest."""
@@ -102,7 +104,7 @@ class SupportFlight:
         held = self._brought_to(support)
         judge = ReachJudge(self.places[target])
         if held:
-            self._person.reach(self.places[target])
+            self._person.reach(target, self.places[target])
             self._run(TIME_S, lambda t: judge.see(t, self._tip) or self._rescued)
         result = Attempt(target, support, judge.reached, judge.nearest_m if held else None, self._rescued)
         self._note("reach_ended", target, support, reached=judge.reached, rescued=self._rescued)
@@ -112,8 +114,8 @@ class SupportFlight:
     def carry_all(self) -> None:
         """Carry the whole weight again."""
         seconds = max(slewing_s(1.0 - self.support, 0.0), MOVE_S)
-        self._feel(0.0)
-        self._person.go_to(self._person.rest, seconds, 0.0)
+        self._machine.feel(0.0)
+        self._person.rest(seconds, 0.0)
         self._run(seconds + SETTLE_S)
 
     def _brought_to(self, support: float) -> bool:
@@ -121,8 +123,8 @@ class SupportFlight:
         level = 1.0 - support
         ramp_s = slewing_s(1.0 - self.support, level)
         if ramp_s > 0.0:
-            self._feel(level)
-            self._person.go_to(self._person.rest, max(ramp_s, SETTLE_S), level)
+            self._machine.feel(level)
+            self._person.rest(max(ramp_s, SETTLE_S), level)
             self._run(ramp_s + SETTLE_S, lambda _t: self._rescued)
         astray = 0.0 if self._rest_tip is None else float(np.linalg.norm(self._tip - self._rest_tip))
         return not self._rescued and astray < ASTRAY_M
@@ -132,55 +134,35 @@ class SupportFlight:
             self.rescues += 1
             self.carry_all()
             self._rescued = False
-        self._person.go_to(self._person.rest)
+        self._person.rest()
         self._run(MOVE_S + SETTLE_S, lambda _t: self._rescued)
         if self._rescued:
             self._come_back()
 
     def _run(self, seconds: float, done: Callable[[float], bool] = lambda _t: False) -> None:
-        """Run for a time [s], or until `done`. The person acts, and the controller takes the guard's gravity level."""
-        dt, ended = self._pilot.rig.period_s, False
+        """Let the person act for a time [s], or until `done`."""
 
-        def act(moment: TickSample) -> None:
-            nonlocal ended
-            self._person.act()
-            person = self._pilot.envelope.person
-            if person is not None:
-                self._controller.mode.gravity_level = person.gravity_level
-            self._ticks += 1
-            if self._ticks % LOOK_TICKS == 0:
-                self._look(moment, dt)
-                ended = done(moment.state.t)
+        def look(t: float, q: np.ndarray) -> bool:
+            self._look(t, q)
+            return done(t)
 
-        # The pilot needs a reference, but no feedback drives the machine to it here.
-        slice_s = LOOK_TICKS * dt
-        for _ in range(round(seconds / slice_s)):
-            self._pilot.run(self._controller, motion.hold(self._pilot.q.copy(), slice_s, dt), "", act)
-            if ended:
-                break
+        self._machine.float_for(seconds, look)
 
-    def _look(self, moment: TickSample, dt: float) -> None:
+    def _look(self, t: float, q: np.ndarray) -> None:
         """Compute the fingertip position by the controller's model. If the arm sinks, support it fully."""
-        exo, arm = self._controller.skeleton(moment.q)
+        exo, arm = self._machine.skeleton(q)
         before, self._tip = self._tip, np.array(arm[-1])
-        if self._pilot.recording is not None:
-            self._pilot.recording.write("/skeleton", moment.state.t, {"exo": exo, "arm": arm})
+        passed_s, self._tip_t = t - self._tip_t, t
+        self._machine.write("/skeleton", t, {"exo": exo, "arm": arm})
         if self._rescued or self._rest_tip is None or self.support == 1.0:
             return
-        falls = (before[2] - self._tip[2]) / (LOOK_TICKS * dt)
-        if falls > FALL_M_S or self._tip[2] < self._rest_tip[2] - SINK_M:
+        if before[2] - self._tip[2] > FALL_M_S * passed_s or self._tip[2] < self._rest_tip[2] - SINK_M:
             self._rescued = True
-            self._feel(0.0)
-
-    def _feel(self, level: float) -> None:
-        if not self._pilot.guard.feel(level):
-            raise RigError("The guard refused a change of the support. The recording shows the reason.")
+            self._machine.feel(0.0)
 
     def _note(self, kind: str, target: int, support: float, **more: object) -> None:
-        recording = self._pilot.recording
-        if recording is not None:
-            record = {"kind": kind, "target": target, "targets": len(TARGETS), "support": support, **more}
-            recording.write("/task", self._pilot.rig.t, {"kind": kind, "record": record})
+        record = {"kind": kind, "target": target, "targets": len(TARGETS), "support": support, **more}
+        self._machine.write("/task", self._machine.t, {"kind": kind, "record": record})
 
 
 def _length(arm: Float[np.ndarray, "point 3"]) -> float:

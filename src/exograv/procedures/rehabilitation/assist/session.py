@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
-from exograv.laboratory.support_level.flight import Attempt
 from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
+from exograv.procedures.rehabilitation.support_level.flight import Attempt
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
 from exograv.task.assist_as_needed import AssistSettings, AssistState, decide
 

@@ -1,0 +1,208 @@
+"""Procedure in the session's process while the arm floats in a live run: the same code as in lock-step.
+
+The procedure runs in a thread. It reads the messages of the guard to control, and sends requests to the guard, which
+decides on them. However it ends, the guard lets the arm down.
+"""
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import RigError
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.floating_machine import LOOK_S, FloatingMachine, Look
+from exograv.loop.pilot import Progress
+from exograv.model.arm import is_plausible
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.identify import IMPLAUSIBLE
+from exograv.runtime.control_loop.exchange import FeltLevel, answer_dtype, state_dtype
+from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.safety.guard import SafeState
+from exograv.safety.modes import Mode
+from exograv.signals import Reference
+
+from .live_control import MODES
+from .live_processes import HANGS_S, Running
+
+POLL_S = 0.002
+"""Time between two looks for a new state of the guard [s]."""
+
+ENDS_S = 5.0
+"""Time for the thread to end after the run [s]."""
+
+STOPPED = "The machine was stopped before the procedure was complete."
+OVER = "The run ended before the procedure was complete."
+
+Joints = np.ndarray
+
+
+Performed = Callable[[FloatingMachine, Progress], object]
+"""Procedure on a machine in which the arm floats. It raises `ExogravError` if it cannot go on."""
+
+
+class LiveFloat:
+    """`FloatingMachine` of a live run, by the guard's messages to control."""
+
+    def __init__(self, running: Running, controller: ArmController, is_over: threading.Event):
+        """Open the memory of the guard's messages.
+
+        Args:
+            running: Processes of the run.
+            controller: Controller of this process, which draws the arm and commands nothing.
+            is_over: Event that ends each wait, because the run is over.
+        """
+        joints = running.recorder.inlet.n_joints
+        self._running, self._controller, self._is_over = running, controller, is_over
+        # Mailboxes of this thread: the session closes its own ones at the end of the run.
+        self._states = Mailbox(state_dtype(joints), running.states.name)
+        self._answers = Mailbox(answer_dtype(joints), running.answers.name)
+        self._still, self._count, self._state = np.zeros(joints), 0, np.zeros((), state_dtype(joints))
+
+    def close(self) -> None:
+        """Release the memory."""
+        self._states.close()
+        self._answers.close()
+
+    @property
+    def t(self) -> float:
+        """Time of the newest state on the machine's clock [s]."""
+        return float(self._state["now"])
+
+    @property
+    def q(self) -> Joints:
+        """Joint position in the newest state [rad]."""
+        return self._state["q"].copy()
+
+    @property
+    def gravity_level(self) -> float:
+        """Share of the arm's weight that the person feels now, by the guard [-]."""
+        return float(self._state["gravity_level"])
+
+    def begin(self, phase: str) -> None:
+        """Note in the recording the part of the procedure that begins. The phases of a live run are its modes."""
+        self.write("/event", self.t, {"kind": "note", "text": f"Procedure: {phase}."})
+
+    def feel(self, gravity_level: float) -> None:
+        """Ask the guard to lead the felt gravity level to this value. A stopped guard refuses it.
+
+        Raises:
+            RigError: The run is over.
+        """
+        self.write("/control", self.t, {"act": "level", "gravity_level": gravity_level})  # for a replay
+        try:
+            self._running.line.send(FeltLevel(gravity_level))
+        except OSError as error:
+            raise RigError(OVER) from error
+
+    def float_for(self, seconds: float, look: Look) -> None:
+        """Let the arm float for a time of the machine's clock [s], or until `look` returns True.
+
+        Raises:
+            RigError: The machine was stopped, or the run is over.
+        """
+        until, looked = self.t + seconds, self.t
+        while self.t < until:
+            self.wait()
+            if self.t - looked >= LOOK_S:
+                looked = self.t
+                if look(self.t, self.q):
+                    return
+
+    def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:
+        """Points of the exoskeleton and of the arm in the base frame [m], by the controller's model."""
+        self._controller.step(q, self._still, Reference(q, self._still, self._still))
+        return self._controller.skeleton(q)
+
+    def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """Have a message of the time `t` [s] recorded."""
+        self._running.recorder.write(topic, t, message)
+
+    def wait(self) -> None:
+        """Wait for the next state of the guard.
+
+        Raises:
+            RigError: The machine was stopped, or the run is over.
+        """
+        until = time.monotonic() + HANGS_S
+        while True:
+            got = self._states.read()
+            if got is not None and got[0] != self._count:
+                self._count, self._state = got
+                if int(self._state["safe_state"]) >= SafeState.DESCENT:
+                    raise RigError(STOPPED)
+                return
+            if self._is_over.is_set() or time.monotonic() > until:
+                raise RigError(OVER)
+            time.sleep(POLL_S)
+
+    def is_floating(self) -> bool:
+        """Return True if the arm is learned, and floats behind a guard that has the person's limits."""
+        worker, answer = self._running.worker, self._answers.read()
+        is_learned = worker is not None and worker.learned is not None and int(self._state["persons"]) > 0
+        if not is_learned or answer is None:
+            return False
+        return MODES[int(answer[1]["mode"])] is Mode.FLOATING and float(answer[1]["drive"]) == 0.0
+
+
+class LiveProcedure:
+    """Thread that performs a procedure as soon as the arm floats, and then ends the run."""
+
+    def __init__(self, performs: Performed, prepared: ControllerKnowledge, period_s: float, progress: Progress):
+        """Prepare the model of the arm. This takes seconds.
+
+        Args:
+            performs: Procedure.
+            prepared: Machine with the arm in it, as known before the run.
+            period_s: Period of the machine [s].
+            progress: Function that shows the progress of run and procedure.
+        """
+        self._performs, self._prepared, self._shown = performs, prepared, progress
+        self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
+        self._is_over, self._thread = threading.Event(), None
+        self.has_begun = False
+        """True if the arm floated and the procedure began."""
+        self.failure: BaseException | None = None
+        """Error that ended the procedure early."""
+
+    def begin(self, running: Running) -> None:
+        """Begin to wait for the floating arm."""
+        self._thread = threading.Thread(target=partial(self._run, running), name="procedure", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> "LiveProcedure":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the thread after the run."""
+        self._is_over.set()
+        if self._thread is not None:
+            self._thread.join(ENDS_S)
+
+    def _run(self, running: Running) -> None:
+        try:
+            with contextlib.closing(LiveFloat(running, self._controller, self._is_over)) as machine:
+                self._await_float(running, machine)
+                self.has_begun = True
+                self._performs(machine, self._shown)
+        except BaseException as error:  # noqa: BLE001 - raised again by `fly_on_drives` when the arm is down
+            self.failure = error
+        finally:
+            with contextlib.suppress(OSError):
+                running.stop()
+
+    def _await_float(self, running: Running, machine: LiveFloat) -> None:
+        while not machine.is_floating():
+            machine.wait()
+        assert running.worker is not None
+        assert running.worker.learned is not None
+        x = running.worker.learned.carried.x
+        # Control and guard keep the table's arm in place of an implausible one, and nobody may be tested with it.
+        if not is_plausible(self._prepared.assembly.arm, x):
+            raise RigError(f"{IMPLAUSIBLE} The procedure did not begin.")
+        self._controller.put_in_force(x)
+        machine.skeleton(machine.q)
