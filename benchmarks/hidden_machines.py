@@ -5,6 +5,7 @@
     python benchmarks/hidden_machines.py plain out/hidden/a.mcap out/plain/a.json      # plain least squares, nominal
     python benchmarks/hidden_machines.py fitted out/twin/a/recupera_like out/twin/a.json FIT.json   # a twin
     python benchmarks/hidden_machines.py judge out/truth/a.json FIT.json out/hidden/a_held_out.mcap
+    python benchmarks/hidden_machines.py minutes out/hidden --names a --truth out/truth --minutes 1 3 10
     python benchmarks/hidden_machines.py form                                          # the form of FIT.json
 
 A machine is a set of ordinary differential equations of its own (`hidden/engine.c`): nothing of `exograv.dynamics` or
@@ -23,6 +24,7 @@ from hidden.draw import Hidden, draw
 from hidden.fitted import write_fitted
 from hidden.geometry import read_geometry
 from hidden.judge import FORM, judge, judgement_text
+from hidden.parts import fit_part
 from hidden.plain_fit import write_nominal, write_plain
 from hidden.session import RIG, Session
 
@@ -42,7 +44,7 @@ def record(options: argparse.Namespace) -> None:
         motion = np.random.default_rng((seed, 2))
         for suffix, held_out_s in (("", None), ("_held_out", HELD_OUT_S)):
             path = options.folder / f"{name}{suffix}.mcap"
-            notes = session.record(path, motion, held_out_s)
+            notes = session.record(path, motion, held_out_s, options.plans)
             print(f"{path}: {session.rig.t:.1f} s on the machine's clock at the end, {len(notes.entries)} notes")
         if options.disclose is not None:
             session.hidden.disclose(options.disclose / f"{name}.json")
@@ -61,6 +63,21 @@ def judged(options: argparse.Namespace) -> None:
     print(judgement_text(judge(Hidden.disclosed(options.truth), options.fit, options.held_out)))
 
 
+def minutes(options: argparse.Namespace) -> None:
+    """Fit parts of each recording, and print the errors of the fits by minutes of recording."""
+    print("| machine | min | friction % | rotor % | axis % | gain % | delay ms | over noise |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name in options.names:
+        hidden = Hidden.disclosed(options.truth / f"{name}.json")
+        for length in options.minutes:
+            part = fit_part(options.folder, name, 60.0 * length)
+            found = judge(hidden, part.fit, options.folder / f"{name}_held_out.mcap")
+            columns = (found.friction_error, found.rotor_error, found.axis_error, found.gain_error)
+            worst = [f"{100.0 * np.abs(one).max():.1f}" for one in columns]
+            cells = [*worst, f"{found.delay_error_ms:.2f}", f"{(part.held_out_Nm / found.noise).max():.2f}"]
+            print(f"| {name} | {part.seconds / 60.0:.1f} | {' | '.join(cells)} |", flush=True)
+
+
 def main() -> None:
     """Run one part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -69,6 +86,7 @@ def main() -> None:
     one.add_argument("folder", type=Path)
     one.add_argument("--names", nargs="+", default=["machine"])
     one.add_argument("--seed", type=int, help="seed of the draw; of the operating system if absent")
+    one.add_argument("--plans", type=int, default=1, help="number of times that the plan of about 4 min is flown")
     one.add_argument("--disclose", type=Path, help="folder for the true values; not written if absent")
     one.set_defaults(run=record)
     one = parts.add_parser("plain", help=plain.__doc__)
@@ -85,6 +103,12 @@ def main() -> None:
     one.add_argument("fit", type=Path, help="fit in the form that `form` prints")
     one.add_argument("held_out", type=Path, help="held-out recording")
     one.set_defaults(run=judged)
+    one = parts.add_parser("minutes", help="Print the errors of `exograv twin fit` by minutes of recording.")
+    one.add_argument("folder", type=Path, help="folder of the recordings of `record`")
+    one.add_argument("--names", nargs="+", default=["machine"])
+    one.add_argument("--truth", type=Path, required=True, help="folder of --disclose")
+    one.add_argument("--minutes", type=float, nargs="+", default=[1.0, 3.0, 10.0])
+    one.set_defaults(run=minutes)
     one = parts.add_parser("form", help="Print the form of a fit.")
     one.set_defaults(run=lambda _options: print(FORM))
     options = parser.parse_args()

@@ -16,6 +16,7 @@ from exograv.storage.sealed_file import sealed
 from exograv.storage.twin_file import (
     NAME,
     FittedDrive,
+    FittedGear,
     FittedJoint,
     FittedRecording,
     Posterior,
@@ -49,6 +50,7 @@ def made_twin(description: RigDescription, share: float = 0.2) -> StoredTwin:
             FittedDrive(joint=joint, bandwidth_Hz=25.0, bandwidth_sd_log=0.05, damping=0.0, first_order_Hz=25.0)
             for joint in joints[1:]
         ],
+        gears=[FittedGear(joint=joints[0], compliance_rad_per_Nm=1e-4, compliance_sd_rad_per_Nm=1e-6)],
         joints=[FittedJoint(joint=joint, law="stribeck", **NUMBERS) for joint in joints],
         posterior=Posterior(
             per_joint=list(TWIN_PER_JOINT),

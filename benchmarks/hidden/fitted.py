@@ -21,7 +21,7 @@ def write_fitted(folder: Path, figures: Path, fit: Path) -> None:
         figures: File that `exograv twin fit --json` has written.
         fit: File to write.
     """
-    twin, said = read_twin(load_rig(str(folder))), json.loads(figures.read_text(encoding="utf-8"))
+    twin, said = read_twin(load_rig(str(folder))), json.loads(figures.read_text(encoding="utf-8"))["figures"]
     v = np.concatenate([-SPEEDS[::-1], SPEEDS])
     torque = np.stack([friction(joint, v) for joint in twin.joints], axis=1)
     content = {

@@ -129,8 +129,11 @@ class Session:
         """Machine with its true values."""
         self.rig = HiddenRig(geometry, self.hidden, starting_posture(self.tree))
 
-    def record(self, path: Path, rng: np.random.Generator, held_out_s: float | None = None) -> Notes:
-        """Write the recording of the plan, or of held-out motion of this duration [s], with notes and a CSV table."""
+    def record(self, path: Path, rng: np.random.Generator, held_out_s: float | None = None, plans: int = 1) -> Notes:
+        """Write the recording of the plan, or of held-out motion of this duration [s], with notes and a CSV table.
+
+        The plan is flown `plans` times.
+        """
         notes = Notes()
         settings = {
             "rig": self.description.name,
@@ -147,7 +150,10 @@ class Session:
             run = EmptyRun(self.description, self.tree, pilot, bench)
             part = _Part(run, notes, rng)
             if held_out_s is None:
-                part.plan()
+                for number in range(plans):
+                    if number:
+                        part.go_home()
+                    part.plan()
             else:
                 part.sines("held_out", HELD_OUT_WIDE * held_out_s, WIDE)
                 part.sines("held_out_fast", (1.0 - HELD_OUT_WIDE) * held_out_s, FAST_SINES)

@@ -41,6 +41,7 @@ def test_the_mean_has_the_values_of_the_file(whole: StoredTwin, mean: Machine):
     np.testing.assert_allclose(mean.friction.viscous, theta[layout.of("viscous")])
     np.testing.assert_allclose(mean.drives.bandwidth[1:], 25.0)
     assert mean.sensors.delay == pytest.approx(1.5e-3)
+    assert mean.drives.gear_stiffness[0] == pytest.approx(1e4)
 
 
 def test_two_seeds_draw_two_possible_machines_around_the_mean(whole: StoredTwin, mean: Machine):

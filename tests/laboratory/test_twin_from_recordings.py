@@ -72,7 +72,7 @@ def test_true_values_are_within_their_intervals(fitted: Fitted):
 
 @pytest.mark.slow
 def test_held_out_torque_is_predicted_to_the_noise(fitted: Fitted):
-    assert max(row.over_noise for row in fitted.result.held_out) < 1.2
+    assert max(row.over_noise for row in fitted.result.figures.held_out) < 1.2
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ MAKERS = {
     "report/study_report/page.py": ("NO_EVIDENCE if content.data.is_simulated else ''",),
     "report/of_benchmarks/transparency_report.py": ALWAYS,
     "report/of_benchmarks/identification_benchmark.py": ALWAYS,
+    "report/of_recording/twin_report.py": ("SIMULATED_MACHINE if figures.is_simulated else ''",),
     "procedures/rehabilitation/assist/page.py": ALWAYS,
     "campaigns/virtual_study/page.py": ALWAYS,
 }

@@ -9,15 +9,17 @@ import numpy as np
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
+from exograv.model.rig_settings import Excitation
 from exograv.options import WorldName
 from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.figures import CalibrationTruth
 from exograv.procedures.calibration.options import CalibrateOptions
+from exograv.recording import RecordingWriter
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 from exograv.storage.calibration_file import twin_identity
 
 from .result_rows import still_to_rub
-from .twin_calibration import EmptyTwin, PilotOf, pilots
+from .twin_calibration import EmptyTwin, pilots
 
 
 @dataclass(frozen=True)
@@ -38,22 +40,29 @@ class EmptyTwinMachine:
         """True values of the twin's machine."""
         return truth_of_machine(self.description, self.options.level, self.options.seed, self.options.world)
 
-    def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
+    def calibrate(self, lengths: Mapping[str, float], motion: Excitation | None) -> tuple[Calibration, float]:
         """Calibrate from cold; return the result and the rig's clock at the end [s]."""
-        return self._empty(lengths).calibrate(self._pilots)
+        path, empty = self.options.recording, self._empty(lengths)
+        if path is None:
+            return empty.calibrate(pilots(self.description, self.progress), motion)
+        settings = {
+            "rig": self.description.name,
+            "side": self.description.side,
+            "command": "rig calibrate",
+            "disturbance_level": self.options.level,
+            "seed": self.options.seed,
+        }
+        with RecordingWriter(path, self.description.joints, settings, packed=True) as recording:
+            return empty.calibrate(pilots(self.description, self.progress, recording), motion)
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
         """Measure friction again, all else as `before`; return the result and the rig's clock at the end [s]."""
-        return self._empty(lengths).recheck(before, self._pilots)
+        return self._empty(lengths).recheck(before, pilots(self.description, self.progress))
 
     def _empty(self, lengths: Mapping[str, float]) -> EmptyTwin:
         disturbances = Disturbances.at_level(self.options.level, self.options.world)
         machine = draw_machine(self.description, disturbances, self.options.seed)
         return EmptyTwin(self.description, machine, self.options.seed, lengths)
-
-    @property
-    def _pilots(self) -> PilotOf:
-        return pilots(self.description, self.progress)
 
 
 def truth_of_machine(description: RigDescription, level: int, seed: int, world: WorldName = "home") -> TruthAt:

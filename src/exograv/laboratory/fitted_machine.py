@@ -15,6 +15,9 @@ from exograv.storage.twin_file import StoredTwin
 ROTOR_LEAST = 1e-4
 """Least rotor inertia of a draw [kg·m²]: the simulation cannot integrate a motor without inertia."""
 
+COMPLIANCE_LEAST = 1e-5
+"""Least compliance of a gear in a draw [rad/(N·m)]: the simulation cannot integrate a stiffer one."""
+
 GAIN_LEAST = 0.1
 """Least inverse gain of a draw, over the nominal one [-]."""
 
@@ -90,8 +93,14 @@ def _drives(
     for number, drive in enumerate(whole.drives):
         spread = 0.0 if seed is None else drive.bandwidth_sd_log * _normal(seed, number)
         bandwidth[description.joints.index(drive.joint)] = drive.first_order_Hz * np.exp(spread)
+    stiffness = usual.gear_stiffness.copy()
+    for gear in whole.gears:
+        joint = description.joints.index(gear.joint)
+        spread = 0.0 if seed is None else gear.compliance_sd_rad_per_Nm * _normal(seed, GEAR_DRAW + joint)
+        stiffness[joint] = 1.0 / max(gear.compliance_rad_per_Nm + spread, COMPLIANCE_LEAST)
     return replace(
         usual,
+        gear_stiffness=stiffness,
         gain=description.nominal_gain / np.maximum(value["inverse_gain"], GAIN_LEAST),
         rotor_inertia=np.maximum(value["rotor"], ROTOR_LEAST),
         bandwidth=bandwidth,
@@ -113,8 +122,8 @@ def _sensors(
     )
 
 
-DELAY_DRAW = 1000
-"""Number of the draw of the delay; those below it are of the drives."""
+DELAY_DRAW, GEAR_DRAW = 1000, 2000
+"""Number of the draw of the delay, and of the first gear; those below are of the drives."""
 
 
 def _normal(seed: int, number: int) -> float:

@@ -9,6 +9,7 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
+from exograv.model.rig_settings import Excitation
 from exograv.model.tree import Tree
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
@@ -48,13 +49,13 @@ class EmptyTwin:
     lengths: Mapping[str, float]
     """Adjustable lengths by segment [m]."""
 
-    def calibrate(self, pilot_of: PilotOf) -> tuple[Calibration, float]:
-        """Calibrate from cold; return the result and the rig's clock at the end [s]."""
+    def calibrate(self, pilot_of: PilotOf, motion: Excitation | None = None) -> tuple[Calibration, float]:
+        """Calibrate from cold, with a further motion if one is given; return the result and the rig's clock [s]."""
         tree, nominal = self._tree(), self.description.nominal_gain
         twin = self._hanging(tree)
         pilot = pilot_of(twin, ActuatorGain(nominal, GAIN_SD * nominal))
         pilot.begin("calibrate")
-        return calibrate_machine(self.description, tree, pilot, ComputedOperator(twin.hang)), twin.t
+        return calibrate_machine(self.description, tree, pilot, ComputedOperator(twin.hang), motion), twin.t
 
     def recheck(self, before: Calibration, pilot_of: PilotOf) -> tuple[Calibration, float]:
         """Measure friction again from cold, all else as `before`; return the result and the rig's clock [s]."""

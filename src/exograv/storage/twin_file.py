@@ -64,6 +64,15 @@ class FittedDrive(Settings):
     """Bandwidth of the nearest lag of first order, which the simulated drive has."""
 
 
+class FittedGear(Settings):
+    """Elasticity of one joint's gear."""
+
+    joint: str
+    compliance_rad_per_Nm: float
+    """Angle between motor and joint per torque in the gear."""
+    compliance_sd_rad_per_Nm: NonNegativeFloat
+
+
 class FittedJoint(Settings):
     """Joint with its drive and its sensors."""
 
@@ -132,6 +141,8 @@ class StoredTwin(Sealed):
     """Delay beside the nearest lags of first order, which the simulated machine has; empty as `delay_ms`."""
     drives: list[FittedDrive]
     """Drives whose response the recordings tell."""
+    gears: list[FittedGear]
+    """Gears whose elasticity the recordings tell."""
     joints: Annotated[list[FittedJoint], Field(min_length=1)]
     posterior: Posterior
 

@@ -197,3 +197,12 @@ def test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_miss_has_a_kno
     half = replace(campaign, scenarios=30, processes=2, out=tmp_path)
     run_campaign(half, lambda _text, _share: None)
     assert run_campaign(replace(half, scenarios=60, resume=True), lambda _text, _share: None) == result
+
+
+def test_a_fitted_twin_needs_a_machine_and_both_are_part_of_the_campaign():
+    with pytest.raises(ConfigError, match="Give its folder with --rig FOLDER"):
+        Campaign(twin="fitted")
+    fitted = Campaign(twin="fitted", rig="out/twin/recupera_like")
+    assert fitted.identity["rig"] == "out/twin/recupera_like"
+    assert "--rig out/twin/recupera_like --twin fitted" in fitted.told
+    assert "rig" not in Campaign().identity

@@ -16,28 +16,39 @@ def losses(*better: str) -> dict[str, np.ndarray]:
     return {law: noise + (0.0 if law in better else 0.5) + 0.001 * draw.random((len(BLOCKS), 1)) for law in LAWS}
 
 
+def chosen(held: dict[str, np.ndarray]) -> tuple[str, ...]:
+    """Names of the chosen laws."""
+    return tuple(choice.law for choice in chosen_laws(held, BLOCKS))
+
+
 def test_the_simplest_law_is_chosen_if_all_are_as_good():
-    assert chosen_laws(losses(*LAWS), BLOCKS) == ("coulomb-viscous",)
+    assert chosen(losses(*LAWS)) == ("coulomb-viscous",)
 
 
 def test_a_law_is_chosen_whose_parameters_the_data_need():
     rich = tuple(law for law in LAWS if law.startswith("stribeck"))
-    assert chosen_laws(losses(*rich), BLOCKS) == ("stribeck",)
-    assert chosen_laws(losses("stribeck-asymmetric-load-power"), BLOCKS) == ("stribeck-asymmetric-load-power",)
+    assert chosen(losses(*rich)) == ("stribeck",)
+    assert chosen(losses("stribeck-asymmetric-load-power")) == ("stribeck-asymmetric-load-power",)
 
 
 def test_each_joint_has_its_own_law():
     both = {
         law: np.hstack([a, b]) for (law, a), b in zip(losses(*LAWS).items(), losses("stribeck").values(), strict=True)
     }
-    assert chosen_laws(both, BLOCKS) == ("coulomb-viscous", "stribeck")
+    assert chosen(both) == ("coulomb-viscous", "stribeck")
 
 
 def test_samples_that_do_not_count_are_left_out():
     some = losses("stribeck")
     for loss in some.values():
         loss[::2] = np.nan
-    assert chosen_laws(some, BLOCKS) == ("stribeck",)
+    assert chosen(some) == ("stribeck",)
+
+
+def test_the_best_law_has_no_excess_and_a_worse_law_has_its_own():
+    (choice,) = chosen_laws(losses("stribeck"), BLOCKS)
+    assert choice.excess["stribeck"] == 0.0
+    assert choice.excess["coulomb-viscous"] > 5.0 * choice.excess_sd["coulomb-viscous"] > 0.0
 
 
 def test_each_law_has_the_parameters_of_the_simpler_ones_of_its_name():

@@ -52,6 +52,8 @@ class Campaign(FaultOptions):
             ConfigError: A value is not allowed.
         """
         super().__post_init__()
+        if self.twin == "fitted" and self.rig is None:
+            raise ConfigError("--twin is 'fitted', but no machine is named. Give its folder with --rig FOLDER.")
         unknown = [name for name in self._only if name not in self.faults]
         if unknown or not (self.only is None or self._only):
             raise ConfigError(
@@ -87,6 +89,7 @@ class Campaign(FaultOptions):
         # Home is not named, so that earlier campaigns continue.
         named = ("seed", "level", "persons", "through", *(() if self.world == "home" else ("world",)))
         named = (*named, *(() if self.only is None else ("only",)))
+        named = (*named, *(() if self.rig is None else ("rig", "twin")))
         kind = "faults" if self.healthy_hours is None else "healthy use"
         return {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
 
@@ -94,7 +97,7 @@ class Campaign(FaultOptions):
     def told(self) -> str:
         """Options that a replay command of one of its scenarios needs besides seed and number."""
         usual = Campaign()
-        named = ("level", "world", "persons", "through", "healthy_hours")
+        named = ("level", "world", "rig", "twin", "persons", "through", "healthy_hours")
         names = [name for name in named if getattr(self, name) != getattr(usual, name)]
         return "".join(f" --{name.replace('_', '-')} {getattr(self, name)}" for name in names)
 
@@ -184,7 +187,9 @@ def _figures(campaign: Campaign, verdicts: list[ScenarioVerdict]) -> CampaignFig
 def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> CampaignFigures:
     scenario = campaign.replayed()
     person = scenario.number % campaign.persons
-    path = prepare_participant(campaign.seed, person, campaign.level, folder, progress, campaign.world)
+    path = prepare_participant(
+        campaign.seed, person, campaign.level, folder, progress, campaign.world, campaign.rig, campaign.twin
+    )
     with _ground(path, campaign) as (who, ground):
         verdict = _flown_one(who, scenario, ground)
     return replace(_figures(campaign, [verdict]), course=course_of(verdict))
@@ -229,7 +234,9 @@ def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, li
 
 
 def _make_known(campaign: Campaign, folder: Path, person: int, _tell: Tell) -> Iterator[Path]:
-    yield prepare_participant(campaign.seed, person, campaign.level, folder, world=campaign.world)
+    yield prepare_participant(
+        campaign.seed, person, campaign.level, folder, world=campaign.world, rig=campaign.rig, twin=campaign.twin
+    )
 
 
 def _fly_chunk(

@@ -9,14 +9,14 @@ from jaxtyping import Float
 
 from exograv.dynamics import parameters
 from exograv.laboratory.preparation import prepare
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, with_twin
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
-from exograv.options import WorldName
+from exograv.options import TwinName, WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.rig.twin import parameter_truth
+from exograv.rig.twin import Disturbances, parameter_truth
 
 from .fault_plant import FaultParticipant
 
@@ -24,7 +24,7 @@ STRANGERS, STRANGER_SEEDS = 8, 100
 """Number of other persons whose files may be taken by mistake, and the spacing of their seeds [-]."""
 
 RIGS = ("recupera_like", "recupera_like_qdd")
-"""Machines of the participants, in turn."""
+"""Machines of the participants by turns, unless the campaign names one."""
 
 
 def prepare_participant(
@@ -34,18 +34,32 @@ def prepare_participant(
     folder: Path,
     progress: Progress = lambda *_: None,
     world: WorldName = "home",
+    rig: str | None = None,
+    twin: TwinName = "drawn",
 ) -> Path:
     """Calibrate and identify a participant as in any session; write the result to a file in `folder`.
+
+    Args:
+        seed: Seed of the campaign.
+        person: Number of the participant.
+        level: Level of the disturbances.
+        folder: Folder of the file.
+        progress: Callback with a sentence and the finished share [-].
+        world: World whose laws act.
+        rig: Machine of all participants; one of `RIGS` by turns if None.
+        twin: Origin of the machine.
 
     Raises:
         ExogravError: The machine or the person could not be prepared.
     """
     drawn = 1000 * (seed + 1) + person
-    laboratory = draw_laboratory(RIGS[person % len(RIGS)], None, level, drawn, world=world)
+    name = RIGS[person % len(RIGS)] if rig is None else rig
+    laboratory = draw_laboratory(name, None, level, drawn, world=world)
+    laboratory = with_twin(laboratory, twin, Disturbances.at_level(level, world), drawn)
     prepared = prepare(laboratory, drawn, progress)
     of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     others = [STRANGER_SEEDS * (drawn + 1) + k for k in range(STRANGERS)]
-    strangers = [arm_of(draw_laboratory(RIGS[person % len(RIGS)], None, level, other), prepared) for other in others]
+    strangers = [arm_of(draw_laboratory(name, None, level, other), prepared) for other in others]
     path = folder / f"person_{person}.pickle"
     path.write_bytes(pickle.dumps((laboratory, prepared, of_person, np.array(strangers))))
     return path

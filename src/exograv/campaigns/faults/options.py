@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from exograv.options import Acts, Level, Options, Seed, Within, World
+from exograv.options import Acts, Level, Options, Seed, TwinSource, Within, World
 
 STRIKES_MAX = 60
 """Largest number of strikes of each kind. The limit follows from the two hours that a live run may last."""
@@ -34,11 +34,17 @@ class FaultOptions(Options):
     level: Level = 2
     world: World = "home"
 
+    rig: str | None = None
+    """Machine of all participants, by its name or its folder; two shipped machines by turns if none is named."""
+
+    twin: TwinSource = "drawn"
+
     only: Annotated[str | None, tyro.conf.arg(metavar="FAULT,FAULT"), FAULTY] = None
     """Faults to fly, each alone and equally often with each participant, in place of the whole table."""
 
     persons: Annotated[int, Within(1)] = 2
-    """Number of participants, each calibrated and identified first; every second one has quasi-direct drives."""
+    """Number of participants, each calibrated and identified first; every second one has quasi-direct drives
+    unless --rig names a machine."""
 
     processes: Annotated[int | None, Within(1), MANY] = None
     """Number of parallel processes; one per processor if absent. The result does not depend on it."""

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 def run_design_motion(options: DesignOptions, common: OutFolder) -> "DesignFigures":
     """Design the most informative motion for an arm in a machine, and print the block for its rig.toml."""
     from exograv.cli.shell.terminal import bars
+    from exograv.identification.excitation.basis import excitation_text
     from exograv.model.description import rig_folder
-    from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text, write_excitation
+    from exograv.procedures.machine_tools.design_motion import design_motion, write_excitation
     from exograv.report.figures.excitation import draw
     from exograv.report.style.figure_style import write_picture
 

@@ -29,7 +29,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "run mirror": ("twin",),
     "run support-level": ("twin", "study"),
     "study add": ("study",),
-    "twin fit": ("control", "recording"),
+    "twin fit": ("control", "study"),
     "twin compare": ("twin",),
     "study example": ("twin", "study"),
     "study report": ("study",),

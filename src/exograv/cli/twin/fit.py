@@ -6,7 +6,8 @@ from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.procedures.machine_twin.options import TwinFitOptions
 
 if TYPE_CHECKING:
-    from exograv.procedures.machine_twin.fit_command import FittedParameter, TwinFitResult
+    from exograv.procedures.machine_twin.fit_command import TwinFitResult
+    from exograv.report.figures.twin_fit_data import FittedParameter, TwinFigures
 
 COLUMNS = {
     "inverse_gain": "1/gain\nnominal",
@@ -28,14 +29,16 @@ def run_twin_fit(options: TwinFitOptions, common: OutFolder) -> "TwinFitResult":
     refuse_unwritable(common.out / "twin.toml", "--out")
     with bars() as progress:
         result = fit_and_write(options, common.out, progress)
-    show_fit(result)
+    show_fit(result.figures)
     say("The machine with its twin is in")
     say_unbroken(str(result.folder))
+    say(f"{result.figures.recorded_s:.0f} s of recordings, fitted in {result.wall_s:.0f} s. The page of the fit is")
+    say_unbroken(str(result.report))
     say(f"Next: exograv demo {result.folder} --twin fitted")
     return result
 
 
-def show_fit(result: "TwinFitResult") -> None:
+def show_fit(figures: "TwinFigures") -> None:
     """Print residuals against noise, parameters with intervals, and what further motion would tell."""
     from rich.console import Console
     from rich.table import Table
@@ -43,12 +46,12 @@ def show_fit(result: "TwinFitResult") -> None:
     from exograv.cli.shell.terminal import say
 
     console = Console()
-    table = Table(title=f"Residual torque on the held-out {result.held_out_s:.0f} s, N·m")
+    table = Table(title=f"Residual torque on the held-out {figures.held_out_s:.0f} s, N·m")
     for heading in ("joint", "law of friction"):
         table.add_column(heading)
     for heading in ("per tick", "noise", "over\nnoise", "below\n7 Hz"):
         table.add_column(heading, justify="right")
-    for row in result.held_out:
+    for row in figures.held_out:
         values = (row.rms_Nm, row.noise_Nm, row.over_noise, row.slow_rms_Nm)
         table.add_row(row.joint.replace("_", "\n"), row.law, *(f"{value:.3g}" for value in values))
     console.print(table)
@@ -56,17 +59,16 @@ def show_fit(result: "TwinFitResult") -> None:
     table.add_column("joint", min_width=9)
     for heading in COLUMNS.values():
         table.add_column(heading, justify="right")
-    for joint in (row.joint for row in result.held_out):
-        known = {row.parameter: row for row in result.parameters if row.joint == joint}
+    for joint in (row.joint for row in figures.held_out):
+        known = {row.parameter: row for row in figures.parameters if row.joint == joint}
         table.add_row(joint.replace("_", "\n"), *(_cell(known.get(name)) for name in COLUMNS))
     console.print(table)
-    if result.delay_ms is not None and result.delay_ci95_ms is not None:
-        bandwidth = ", ".join("–" if value is None else f"{value:.0f}" for value in result.bandwidth_Hz)
-        low, high = result.delay_ci95_ms
-        say(f"Delay {result.delay_ms:.2f} ms (95 %: {low:.2f} to {high:.2f}); bandwidth {bandwidth} Hz.")
-    for line in (*result.warnings, *result.further_motion):
+    if figures.delay_ms is not None and figures.delay_ci95_ms is not None:
+        bandwidth = ", ".join("–" if value is None else f"{value:.0f}" for value in figures.bandwidth_Hz)
+        low, high = figures.delay_ci95_ms
+        say(f"Delay {figures.delay_ms:.2f} ms (95 %: {low:.2f} to {high:.2f}); bandwidth {bandwidth} Hz.")
+    for line in (*figures.warnings, *figures.further_motion):
         say(line)
-    say(f"{result.recorded_s:.0f} s of recordings, fitted in {result.wall_s:.0f} s.")
 
 
 def _cell(row: "FittedParameter | None") -> str:

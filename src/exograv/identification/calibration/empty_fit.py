@@ -142,6 +142,13 @@ class EmptyMachine:
         samples()
         return self.description.nominal_gain * sweeps.current - samples.outputs["tau"].T
 
+    def derivative(self, sweeps: Sweeps, theta: Unknowns) -> Float[np.ndarray, "joint unknown sample"]:
+        """Differentiate the nominal torque of samples by the unknowns; ages count back from the last sample."""
+        samples = self._bound(sweeps, float(sweeps.t[-1]))
+        samples.inputs["theta"][:] = theta
+        samples()
+        return samples.outputs["derivative"].copy()
+
     def _bound(self, sweeps: Sweeps, t_end: float) -> kernel.BoundBatch:
         samples = self.batch.bind(len(sweeps.q))
         for name in ("q", "v", "a", "hung"):

@@ -48,7 +48,7 @@ def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout
         frame = tree.frame(mount)
         phi[:, frame.body] += mass * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
     load = rnea(tree, q - unknown["offset"], v, a, phi, _gravity(theta[layout.tilt])) + unknown["rotor"] * a
-    rubbed = _friction(unknown, age, v, load) + _ripple(description, unknown, q, v)
+    rubbed = friction_by_unknowns(unknown, age, v, load) + _ripple(description, unknown, q, v)
     tau = unknown["inverse_gain"] * (load + rubbed)
     return ca.Function(
         "empty", [q, v, a, age, hung, theta], [tau, ca.jacobian(tau, theta)], list(ARGUMENTS), ["tau", "derivative"]
@@ -59,7 +59,7 @@ def _gravity(tilt: ca.SX) -> ca.SX:
     return float(np.linalg.norm(GRAVITY)) * ca.vertcat(tilt[0], tilt[1], -ca.sqrt(1 - tilt[0] ** 2 - tilt[1] ** 2))
 
 
-def _friction(unknown: dict[str, ca.SX], age: ca.SX, v: ca.SX, load: ca.SX) -> ca.SX:
+def friction_by_unknowns(unknown: dict[str, ca.SX], age: ca.SX, v: ca.SX, load: ca.SX) -> ca.SX:
     """Friction (joint,) [N·m] at the age of a sample; breakaway also applies to the parts by load and direction."""
     coulomb = unknown["coulomb"] * (1 + age * unknown["coulomb_warming"])
     none = ca.SX.zeros(v.numel())

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import null_space
 
+from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
 
 Table = Float[np.ndarray, "sample shape"]
@@ -83,3 +84,15 @@ def piece(seconds: float, harmonics: int) -> Basis:
     mixing[0, 1:] = -shapes.sum(axis=0)
     mixing[1 + harmonics :, 1:] = shapes
     return Basis(seconds, mixing)
+
+
+def excitation_block(basis: Basis, coefficients: Coefficients) -> Excitation:
+    """Return the block as a rig file has it, in degrees with one decimal."""
+    centre, sine, cosine = (np.rad2deg(part).round(1).tolist() for part in basis.series(coefficients))
+    return Excitation(period_s=basis.period_s, source="designed", centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
+
+
+def excitation_text(block: Excitation) -> str:
+    """Return the lines for `rig.toml`."""
+    rows = "\n".join(f"{key} = {getattr(block, key)}" for key in ("period_s", "centre_deg", "sine_deg", "cosine_deg"))
+    return f'[excitation]\nsource = "{block.source}"\n{rows}\n'

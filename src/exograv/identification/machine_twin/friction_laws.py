@@ -1,6 +1,7 @@
 """Laws of friction from which the recordings choose, each a restriction of the next one's parameters."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -47,7 +48,19 @@ def of_laws(prior: EmptyPrior, laws: tuple[str, ...]) -> EmptyPrior:
     return EmptyPrior(prior.layout, mean, covariance)
 
 
-def chosen_laws(losses: Mapping[str, np.ndarray], blocks: np.ndarray) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class LawChoice:
+    """Law of friction that a joint's recordings chose, and the laws that were compared."""
+
+    law: str
+    excess: Mapping[str, float]
+    """Mean excess of the logarithm of the held-out loss over that of the best law, by law [-]."""
+
+    excess_sd: Mapping[str, float]
+    """Standard deviation of this mean [-]."""
+
+
+def chosen_laws(losses: Mapping[str, np.ndarray], blocks: np.ndarray) -> tuple[LawChoice, ...]:
     """Choose the simplest law of each joint that the held-out samples do not contradict.
 
     Args:
@@ -60,18 +73,18 @@ def chosen_laws(losses: Mapping[str, np.ndarray], blocks: np.ndarray) -> tuple[s
     return tuple(_chosen({name: losses[name][:, joint] for name in names}, blocks) for joint in range(joints))
 
 
-def _chosen(losses: Mapping[str, np.ndarray], blocks: np.ndarray) -> str:
-    """Return the first law whose loss exceeds that of the best by chance or by little.
+def _chosen(losses: Mapping[str, np.ndarray], blocks: np.ndarray) -> LawChoice:
+    """Choose the first law whose loss exceeds that of the best by chance or by little.
 
     Logarithms of the blocks' losses are compared: a few blocks with a large loss must not hide the others.
     """
     by_block = {name: _by_block(loss, blocks) for name, loss in losses.items()}
     best = min(by_block, key=lambda name: float(by_block[name].mean()))
-    for name, loss in by_block.items():
-        excess = loss - by_block[best]
-        if excess.mean() <= min(excess.std() / np.sqrt(len(excess)), LITTLE):
-            return name
-    return best
+    excess = {name: loss - by_block[best] for name, loss in by_block.items()}
+    mean = {name: float(one.mean()) for name, one in excess.items()}
+    sd = {name: float(one.std() / np.sqrt(len(one))) for name, one in excess.items()}
+    law = next(name for name in by_block if mean[name] <= min(sd[name], LITTLE))
+    return LawChoice(law, mean, sd)
 
 
 def _by_block(loss: np.ndarray, blocks: np.ndarray) -> np.ndarray:

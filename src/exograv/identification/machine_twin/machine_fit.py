@@ -9,14 +9,18 @@ from scipy.signal import butter, sosfiltfilt
 
 from exograv.errors import IdentificationError
 from exograv.identification.calibration.empty_fit import SAMPLE_PERIOD_S, EmptyMachine, Fit, Sweeps
+from exograv.identification.calibration.empty_model import FILTER_DELAY_S
 from exograv.identification.calibration.empty_prior import EmptyPrior, Unknowns
 from exograv.identification.core.physical import PhysicalProjection
+from exograv.identification.core.sample_filter import SampleFilter
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
 from .drawing_errors import likely_link_errors, with_link_errors
 from .drive_response import DriveResponse, drive_response, encoder_step
-from .friction_laws import LAWS, TWIN_PER_JOINT, chosen_laws, of_laws
+from .friction_curve import FrictionCurve, friction_curve
+from .friction_laws import LAWS, TWIN_PER_JOINT, LawChoice, chosen_laws, of_laws
+from .gear_elasticity import GearElasticity, gear_elasticity
 from .measured_motion import (
     BLOCK_S,
     CHOICE_FOLD,
@@ -28,6 +32,7 @@ from .measured_motion import (
     samples_of,
     slides,
 )
+from .model_discrepancy import Considered, DiscrepancySize
 
 MOVED_S, COMPARED_MOVED_S = 10.0, 2.0
 """Shortest time of clear motion of a joint over all recordings of a fit, and in a recording that is compared [s]."""
@@ -40,6 +45,9 @@ COMPARED_S = 1.0
 
 TICKS_APART = 5
 """Ticks between two ticks of the validation: their noise is independent at any distance."""
+
+PULSE_AT, PULSE_S = 1000, 1.0
+"""Tick of the pulse that measures how the filter of the samples passes noise, and time until its answer is over [s]."""
 
 Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
@@ -62,6 +70,9 @@ class Validation:
     slow_rms_Nm: Joints
     """Residual torque below 7 Hz, where most of the noise is filtered away [N·m]."""
 
+    fitted_rms_Nm: Joints
+    """Residual torque at every tick of the part to which these parameters were fitted [N·m]."""
+
     @property
     def over_noise(self) -> Joints:
         """Residual torque over the noise, per tick [-]."""
@@ -75,10 +86,19 @@ class MachineFit:
     fit: Fit
     """Parameters and covariance; links are physically possible."""
 
-    laws: tuple[str, ...]
-    """Law of friction of each joint, by its name in `friction_laws.LAWS`."""
+    noise_covariance: Float[np.ndarray, "unknown unknown"]
+    """Covariance by the noise of the residuals alone, without the discrepancy of the model."""
 
+    discrepancy: DiscrepancySize
+    model: EmptyMachine
+    """Model of the fit."""
+
+    choices: tuple[LawChoice, ...]
+    """Law of friction of each joint, by its name in `friction_laws.LAWS`, and the laws that were compared."""
+
+    curve: FrictionCurve
     response: DriveResponse
+    gears: GearElasticity
     encoder_step: Joints
     """Quantisation step of the encoders [rad]."""
 
@@ -91,6 +111,11 @@ class MachineFit:
 
     fastest: Joints
     """Largest speed of each joint [rad/s]."""
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Law of friction of each joint."""
+        return tuple(choice.law for choice in self.choices)
 
 
 def fit_machine(
@@ -111,8 +136,8 @@ def fit_machine(
     choosing = samples.only(samples.fold < CHOICE_FOLD)
     progress("Choosing the law of friction", 0.3)
     drawings = with_link_errors(model.prior, likely_link_errors(model, choosing))
-    laws = _choose_laws(model, drawings, samples, choosing)
-    prior = of_laws(drawings, laws)
+    choices = _choose_laws(model, drawings, samples, choosing)
+    prior = of_laws(drawings, tuple(choice.law for choice in choices))
     before = _fitted(model, samples.only(samples.fold != VALIDATION_FOLD), prior)
     progress("Fitting delay and bandwidth", 0.6)
     response = drive_response(motions)
@@ -122,17 +147,26 @@ def fit_machine(
     fit = _fitted(model, samples.sweeps, prior)
     links = prior.layout.links
     bodies = tuple(slice(start, start + 10) for start in range(links.start, links.stop, 10))
-    fit = replace(fit, theta=PhysicalProjection(bodies, prior.mean)(fit.theta, fit.covariance))
-    step = np.array([encoder_step(np.concatenate([m.q[:, joint] for m in motions])) for joint in range(len(laws))])
+    theta = PhysicalProjection(bodies, prior.mean)(fit.theta, fit.covariance)
+    of_noise, held = fit.covariance, samples.only(samples.fold == VALIDATION_FOLD)
+    considered, seen = Considered(model, samples.sweeps), samples.fold != VALIDATION_FOLD
+    t_seen = float(samples.sweeps.t[seen][-1])
+    size = considered.size(before, seen, _sample_noise(motions, noise_A * description.nominal_gain), t_seen)
+    fit = replace(fit, theta=theta, covariance=considered.covariance(fit, size))
+    gears = gear_elasticity(model, fit, samples)
+    step = np.array([encoder_step(np.concatenate([m.q[:, joint] for m in motions])) for joint in range(len(choices))])
     fastest = np.abs(samples.sweeps.v).max(axis=0)
-    return MachineFit(fit, laws, response, step, noise_A, validation, moved_s, fastest)
+    curve = friction_curve(model, fit, held, float(samples.sweeps.t[-1]))
+    return MachineFit(
+        fit, of_noise, size, model, choices, curve, response, gears, step, noise_A, validation, moved_s, fastest
+    )
 
 
 def _fitted(model: EmptyMachine, sweeps: Sweeps, prior: EmptyPrior) -> Fit:
     return model.fit(sweeps, prior, model.fit(sweeps, prior))
 
 
-def _choose_laws(model: EmptyMachine, prior: EmptyPrior, samples: Samples, choosing: Sweeps) -> tuple[str, ...]:
+def _choose_laws(model: EmptyMachine, prior: EmptyPrior, samples: Samples, choosing: Sweeps) -> tuple[LawChoice, ...]:
     held = samples.only(samples.fold == CHOICE_FOLD)
     joints = held.q.shape[1]
     losses, noise = dict[str, np.ndarray](), np.full(joints, np.inf)
@@ -161,6 +195,18 @@ def _rough_noise(motions: tuple[MeasuredMotion, ...]) -> Joints:
     return np.median(np.abs(thirds), axis=0) / (0.6745 * np.sqrt(20.0))
 
 
+def _sample_noise(motions: tuple[MeasuredMotion, ...], noise: Joints) -> Joints:
+    """Return the standard deviation that white noise per tick has behind the filter of the samples (joint,)."""
+    period_s = motions[0].period_s
+    pulse_filter = SampleFilter(1, period_s, FILTER_DELAY_S)
+    zero, one = np.zeros(1), np.ones(1)
+    answer = [
+        float(pulse_filter.update(zero, one if tick == PULSE_AT else zero).tau[0])
+        for tick in range(PULSE_AT + round(PULSE_S / period_s))
+    ]
+    return noise * float(np.sqrt(np.sum(np.square(answer))))
+
+
 def _validated(
     model: EmptyMachine, motions: tuple[MeasuredMotion, ...], samples: Samples, fit: Fit, noise_A: Joints
 ) -> Validation:
@@ -169,28 +215,38 @@ def _validated(
     seen = samples.sweeps.t[samples.fold != VALIDATION_FOLD]
     t_end = float(seen[-1])
     slow = np.where(held.clear, model.residual(held, fit.theta, t_end), np.nan)
-    parts, shift = list[np.ndarray](), 0.0
-    for motion in motions:
-        ticks = _smooth_ticks(motion, shift, VALIDATION_FOLD)
-        left = _residual_at_ticks(model, fit.theta, ticks, t_end)
-        parts.append(np.where(ticks.clear, left, np.nan))
-        shift += float(motion.t[-1] - motion.t[0])
     inverse_gain = fit.theta[fit.prior.layout.of("inverse_gain")]
-    rms, slow_rms = (np.sqrt(np.nanmean(left**2, axis=0)) / inverse_gain for left in (np.concatenate(parts), slow))
+
+    def per_tick(folds: tuple[int, ...]) -> Joints:
+        """RMS residual at the ticks of some parts of the recordings [N·m]."""
+        parts, shift = list[np.ndarray](), 0.0
+        for motion in motions:
+            ticks = _smooth_ticks(motion, shift, folds)
+            if len(ticks.t):  # A short recording may have no tick of a part.
+                parts.append(np.where(ticks.clear, _residual_at_ticks(model, fit.theta, ticks, t_end), np.nan))
+            shift += float(motion.t[-1] - motion.t[0])
+        return _rms(np.concatenate(parts)) / inverse_gain
+
     seconds = sum(float(m.t[-1] - m.t[0]) for m in motions) / FOLDS
-    return Validation(seconds, rms, noise_A * gain / inverse_gain, slow_rms)
+    fitted = tuple(range(FOLDS - 1))
+    noise = noise_A * gain / inverse_gain
+    return Validation(seconds, per_tick((VALIDATION_FOLD,)), noise, _rms(slow) / inverse_gain, per_tick(fitted))
 
 
-def _smooth_ticks(motion: MeasuredMotion, shift: float, only_fold: int | None = None) -> Sweeps:
-    """Return ticks, or those of one part, with the motion smoothed without delay, and the currents as measured."""
+def _rms(residual: Float[np.ndarray, "tick joint"]) -> Joints:
+    """RMS over the rows that are no NaN (joint,)."""
+    return np.sqrt(np.nanmean(residual**2, axis=0))
+
+
+def _smooth_ticks(motion: MeasuredMotion, shift: float, folds: tuple[int, ...] = tuple(range(FOLDS))) -> Sweeps:
+    """Return ticks of all parts, or of some, with the motion smoothed without delay, and the currents as measured."""
     q, dt = _smoothed(motion.q, motion.period_s), motion.period_s
     v = np.gradient(q, dt, axis=0)
     a = np.gradient(v, dt, axis=0)
     t = motion.t - motion.t[0]
-    fold = (t // BLOCK_S).astype(int) % FOLDS
+    fold = ((t + shift) // BLOCK_S).astype(int) % FOLDS
     is_known = np.isfinite(motion.hung).all(axis=1)
-    is_of_part = np.ones(len(t), dtype=bool) if only_fold is None else fold == only_fold
-    chosen = np.flatnonzero(is_of_part & is_known)[::TICKS_APART]
+    chosen = np.flatnonzero(np.isin(fold, folds) & is_known)[::TICKS_APART]
     rows = (t[chosen] + shift, q[chosen], v[chosen], a[chosen], motion.current[chosen], motion.hung[chosen])
     return Sweeps(*rows, np.zeros(len(chosen), dtype=bool), v_clear=V_CLEAR_TWIN, slides=slides(motion.q)[chosen])
 
@@ -240,5 +296,4 @@ def recording_residual(
     for motion in motions:
         ticks = _smooth_ticks(motion, t_end - float(motion.t[-1] - motion.t[0]))
         parts.append(np.where(ticks.clear, _residual_at_ticks(model, theta, ticks, t_end), np.nan))
-    per_tick, slow_rms = (np.sqrt(np.nanmean(left**2, axis=0)) / gain for left in (np.concatenate(parts), slow))
-    return RecordingResidual(per_tick, slow_rms)
+    return RecordingResidual(_rms(np.concatenate(parts)) / gain, _rms(slow) / gain)

@@ -51,6 +51,9 @@ class MeasuredMotion:
     hung: Float[np.ndarray, "tick hanging"]
     """Known weights as in `Sweeps.hung`; NaN while one is lowered or lifted [-]."""
 
+    q_motor: Float[np.ndarray, "tick joint"] | None = None
+    """Positions by the encoders on the motors [rad], NaN where a joint has none; None without any."""
+
     @property
     def period_s(self) -> float:
         """Time between two ticks [s]."""
@@ -63,6 +66,8 @@ class Samples:
 
     sweeps: Sweeps
     fold: Int[np.ndarray, " sample"]
+    wound_up: Float[np.ndarray, "sample joint"]
+    """Angle by which the motor's encoder leads that of the joint, filtered like all else [rad]; NaN without one."""
 
     def only(self, chosen: Bool[np.ndarray, " sample"]) -> Sweeps:
         """Return the chosen samples."""
@@ -75,18 +80,19 @@ def samples_of(motions: tuple[MeasuredMotion, ...]) -> Samples:
     """Filter the recordings, and keep a sample every `SAMPLE_PERIOD_S` while a joint moves."""
     parts, folds, shift = list[tuple[np.ndarray, ...]](), list[np.ndarray](), 0.0
     for motion in motions:
-        t, q, v, a, current, hung, slides = _filtered(motion)
-        parts.append((t - motion.t[0] + shift, q, v, a, current, hung, slides))
-        folds.append(((t - motion.t[0]) // BLOCK_S).astype(int) % FOLDS)
+        t, *columns = _filtered(motion)
+        parts.append((t - motion.t[0] + shift, *columns))
+        # Blocks go on over all recordings: many short ones have to fill each part, too.
+        folds.append(((t - motion.t[0] + shift) // BLOCK_S).astype(int) % FOLDS)
         # The model counts the age of friction: recordings follow each other as if nothing happened between them.
         shift += float(motion.t[-1] - motion.t[0])
-    t, q, v, a, current, hung, slides = (np.concatenate(column) for column in zip(*parts, strict=True))
+    t, q, v, a, current, hung, slides, wound_up = (np.concatenate(column) for column in zip(*parts, strict=True))
     sweeps = Sweeps(t, q, v, a, current, hung, np.zeros(len(t), dtype=bool), v_clear=V_CLEAR_TWIN, slides=slides)
-    return Samples(sweeps, np.concatenate(folds))
+    return Samples(sweeps, np.concatenate(folds), wound_up)
 
 
 def _filtered(motion: MeasuredMotion) -> tuple[np.ndarray, ...]:
-    """Return time, q, v, a, current, weights and sliding of the samples in which a joint moves."""
+    """Return time, q, v, a, current, weights, sliding and wind-up of the samples in which a joint moves."""
     period_s = motion.period_s
     sample_filter, every = SampleFilter(motion.q.shape[1], period_s, FILTER_DELAY_S), round(SAMPLE_PERIOD_S / period_s)
     is_known = np.atleast_1d(np.isfinite(motion.hung).all(axis=1)).tolist()
@@ -100,7 +106,20 @@ def _filtered(motion: MeasuredMotion) -> tuple[np.ndarray, ...]:
     columns = [np.array([row[k] for row in rows]).reshape(-1, joints) for k in range(1, 5)]
     # The filter is as late as its delay, and a sample contains the friction of some time before.
     before = np.maximum(ticks - round(2.0 * FILTER_DELAY_S / period_s), 0)
-    return (motion.t[ticks], *columns, motion.hung[ticks], slides(motion.q)[before])
+    return (motion.t[ticks], *columns, motion.hung[ticks], slides(motion.q)[before], _wound_up(motion)[ticks])
+
+
+def _wound_up(motion: MeasuredMotion) -> Float[np.ndarray, "tick joint"]:
+    """Lead of the motors' encoders behind the filter of the samples [rad]; NaN without such encoders."""
+    if motion.q_motor is None:
+        return np.full_like(motion.q, np.nan)
+    sample_filter = SampleFilter(motion.q.shape[1], motion.period_s, FILTER_DELAY_S)
+    lead = motion.q_motor - motion.q
+    known = np.nan_to_num(lead)
+    filtered = np.array(
+        [sample_filter.update(q, of_tick).tau.copy() for q, of_tick in zip(motion.q, known, strict=True)]
+    )
+    return np.where(np.isfinite(lead).all(axis=0), filtered, np.nan)
 
 
 def slides(q: Float[np.ndarray, "tick joint"]) -> np.ndarray:

@@ -14,6 +14,7 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
+from exograv.model.rig_settings import Excitation
 from exograv.model.tree import Tree
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.calibrate_command import TruthAt
@@ -57,15 +58,16 @@ class EmptyDrives:
         """Serial number of the drives."""
         return self.machine.serial
 
-    def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """Calibrate from the first breakaway test to the last weight; return also how long the machine ran [s].
+    def calibrate(self, lengths: Mapping[str, float], motion: Excitation | None) -> tuple[Calibration, float]:
+        """Calibrate, with a further motion if one is given; return also how long the machine ran [s].
 
         Raises:
             As `calibrate_machine`.
         """
         nominal, tree = self.description.nominal_gain, self._tree(lengths)
         pilot = self._pilot(ActuatorGain(nominal, GAIN_SD * nominal), tree)
-        return calibrate_machine(self.description, tree, pilot, self.machine.hands.weights), self.machine.rig.t
+        weights = self.machine.hands.weights
+        return calibrate_machine(self.description, tree, pilot, weights, motion), self.machine.rig.t
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
         """Measure friction anew and keep the rest of `before`; return also how long the machine ran [s].

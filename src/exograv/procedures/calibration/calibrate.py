@@ -6,12 +6,14 @@ from exograv.identification.calibration.empty_machine import Calibration, calibr
 from exograv.loop.pilot import Pilot
 from exograv.model.description import JointSweep as SweepSettings
 from exograv.model.description import RigDescription
+from exograv.model.rig_settings import Excitation
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
 from exograv.rig import Powered
 
 from .breakaway_checks import refuse_before_motion
 from .breakaway_test import BreakawayTester, starting_posture
+from .empty_motion import empty_motion
 from .empty_run import EmptyRun
 from .operator import Operator
 from .phase_texts import say
@@ -24,8 +26,12 @@ SWEEP_PARTS = 2  # duration of the sweeps without a weight, in units of the pass
 TRAVEL = 0.8  # rad/s between sweeps
 
 
-def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, operator: Operator) -> Calibration:
-    """Push, sweep, weigh and fit. The pilot's rig must be empty and hang still, and the tree set to its lengths.
+def calibrate_machine(
+    description: RigDescription, tree: Tree, pilot: Pilot, operator: Operator, motion: Excitation | None = None
+) -> Calibration:
+    """Push, sweep, weigh, move along a `motion` if there is one, and fit.
+
+    The pilot's rig must be empty and hang still, and the tree set to its lengths.
 
     Raises:
         ConfigError: The rig is not the one that `rig.toml` describes.
@@ -48,6 +54,8 @@ def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, ope
                 say("calibration.weight", **which, weight=f"{mass:g}", part=SWEEP_PARTS + weight),
             )
         run.load(mount, None)
+    if motion is not None:
+        run.follow(empty_motion(motion, pilot.q.copy(), pilot.rig.period_s), say("calibration.motion"))
     check_passes(run)
     lead_home(run)
     return calibrate(description, tree, run.sweeps())

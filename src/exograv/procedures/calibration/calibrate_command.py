@@ -10,6 +10,7 @@ from typing import Protocol
 
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription, load_rig
+from exograv.model.rig_settings import Excitation
 from exograv.next_command import calibration_command
 from exograv.options import OUT, WorldName
 from exograv.results import MERGED
@@ -23,6 +24,7 @@ from exograv.storage.calibration_file import (
 from exograv.storage.calibration_schema import MeasurementConditions, stored
 
 from .breakaway_checks import refuse_joints_without_motor
+from .empty_motion import read_empty_motion
 from .figures import CalibrationFigures, CalibrationTruth, calibration_figures, warnings
 from .options import CalibrateOptions
 from .segment_lengths import settings_of_lengths
@@ -65,8 +67,11 @@ class EmptyMachine(Protocol):
         """True values of a simulated machine; None for a real one."""
         ...
 
-    def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """Run from the first breakaway test to the last weight. Return the calibration and the running time [s]."""
+    def calibrate(self, lengths: Mapping[str, float], motion: Excitation | None) -> tuple[Calibration, float]:
+        """Run from the first breakaway test to the last weight, and along a motion if there is one.
+
+        Return the calibration and the running time [s].
+        """
         ...
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
@@ -98,6 +103,7 @@ def calibrate_and_keep(
     refuse_joints_without_motor(description)
     lengths = settings_of_lengths(description, options.lengths)
     refuse_other_than_calibration(file)
+    motion = None if options.motion is None else read_empty_motion(options.motion, description)
     make = calibration_command(options, file.parent if options.calibration is None else OUT)
     if options.recheck:
         read_calibration(file, make)  # A missing file is refused before any drive is opened.
@@ -108,7 +114,7 @@ def calibrate_and_keep(
             again = {"friction_at_utc": now, "running_s": round(t, 3)}
             measured = before.measured.model_copy(update=again)
         else:
-            calibration, t = machine.calibrate(lengths)
+            calibration, t = machine.calibrate(lengths, motion)
             measured = MeasurementConditions(
                 at_utc=now, friction_at_utc=now, running_s=round(t, 3), lengths_m=dict(lengths)
             )

@@ -14,6 +14,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "calibration.weight": "Calibrating the empty machine: {joint} ({number}/{of}), {weight} kg",
         "calibration.hang": "Hanging {weight} kg",
         "calibration.friction": "Friction as it is now: {joint} ({number}/{of})",
+        "calibration.motion": "Moving the empty machine as the motion file says",
         "calibration.home": "Moving the machine to its hanging posture",
     }
 )

@@ -12,7 +12,7 @@ from exograv.errors import ConfigError
 from exograv.files import replace_file
 from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.excitation import Basis, Designer, fixed_motion, harmonic
-from exograv.identification.excitation.basis import Coefficients
+from exograv.identification.excitation.basis import Coefficients, excitation_block, excitation_text
 from exograv.identification.excitation.design import Progress
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.anthropometry import Body
@@ -104,18 +104,6 @@ def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
     edges = designer.limits.lower, designer.limits.upper
     limits_deg = np.rad2deg(edges[0]).tolist(), np.rad2deg(edges[1]).tolist()
     return DesignedMotion(figures, periodic(block, block.period_s, DT), limits_deg)
-
-
-def excitation_block(basis: Basis, coefficients: Coefficients) -> Excitation:
-    """Return the block as a rig file has it, in degrees with one decimal."""
-    centre, sine, cosine = (np.rad2deg(part).round(1).tolist() for part in basis.series(coefficients))
-    return Excitation(period_s=basis.period_s, source="designed", centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
-
-
-def excitation_text(block: Excitation) -> str:
-    """Return the lines for `rig.toml`."""
-    rows = "\n".join(f"{key} = {getattr(block, key)}" for key in ("period_s", "centre_deg", "sine_deg", "cosine_deg"))
-    return f'[excitation]\nsource = "{block.source}"\n{rows}\n'
 
 
 def write_excitation(path: Path, block: Excitation) -> None:

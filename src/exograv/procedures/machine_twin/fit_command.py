@@ -18,12 +18,23 @@ from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
+from exograv.report.figures.twin_fit_data import (
+    AxisInertia,
+    FittedParameter,
+    FurtherMotion,
+    GearFigures,
+    JointFriction,
+    JointResiduals,
+    LawScore,
+    TwinFigures,
+)
 from exograv.storage.calibration_file import identity_of
 from exograv.storage.sealed_file import refuse_other_kind, sealed
 from exograv.storage.twin_file import (
     HEAD,
     NAME,
     FittedDrive,
+    FittedGear,
     FittedJoint,
     FittedRecording,
     Posterior,
@@ -32,12 +43,15 @@ from exograv.storage.twin_file import (
     write_twin,
 )
 
-from .further_motion import further_motion
+from .further_motion import MOTION, further_motion, write_further_motion
 from .options import TwinFitOptions
 from .read_motions import ReadRecording, read_motions
 
 DIGITS = 9
 """Significant digits of the stored numbers [-]."""
+
+REPORT = "twin_{rig}.html"
+"""Name of the page of a fit."""
 
 Progress = Callable[[str, float], None]
 
@@ -49,62 +63,15 @@ UNITS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class FittedParameter:
-    """Parameter of a joint, with what the recordings tell about it."""
-
-    joint: str
-    parameter: str
-    unit: str
-    estimate: float
-    ci95: tuple[float, float]
-    learned: float
-    """1 if the recordings tell all about it, 0 if its interval is that of the data sheet: 1 − sd after / sd before."""
-
-
-@dataclass(frozen=True)
-class AxisInertia:
-    """Inertia about a joint's axis with all joints at zero: rotor and links together."""
-
-    joint: str
-    inertia_kgm2: float
-    inertia_ci95_kgm2: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class JointResiduals:
-    """Residual torque of a joint on the held-out part of the recordings."""
-
-    joint: str
-    law: str
-    rms_Nm: float
-    noise_Nm: float
-    over_noise: float
-    slow_rms_Nm: float
-    """Residual below 7 Hz, where most of the noise is filtered away."""
-    moved_s: float
-
-
-@dataclass(frozen=True)
 class TwinFitResult:
     """Result of `exograv twin fit`."""
 
-    rig: str
-    side: str
+    figures: TwinFigures
     folder: Path
     """Folder of the machine with its twin."""
     hash: str
-    recordings: list[str]
-    recorded_s: float
-    held_out_s: float
-    held_out: list[JointResiduals]
-    parameters: list[FittedParameter]
-    axis_inertia: list[AxisInertia]
-    delay_ms: float | None
-    delay_ci95_ms: tuple[float, float] | None
-    bandwidth_Hz: list[float | None]
-    warnings: list[str]
-    further_motion: list[str]
-    """Motions that would tell what these recordings do not."""
+    report: Path
+    """Page of the fit."""
     wall_s: float
 
 
@@ -126,16 +93,24 @@ def fit_and_write(
     refuse_other_kind(folder / NAME, StoredTwin, HEAD, "--out")
     progress("Reading the recordings", 0.0)
     weights = options.weight_of_file()
-    recordings = read_motions(description, options.recordings, weights, is_torque=options.torque)
+    recordings = read_motions(
+        description, options.recordings, weights, is_torque=options.torque, is_degrees=options.degrees
+    )
     motions = tuple(motion for recording in recordings for motion in recording.motions)
     tree = adjusted(read_exoskeleton(description), description, lengths)
     found = fit_machine(description, tree, motions, progress)
-    whole = _stored(description, found, recordings, lengths, now)
+    whole = stored_twin(description, found, recordings, lengths, now)
     copy_machine(description, folder)
     write_twin(folder / NAME, whole)
-    progress("The twin is fitted", 1.0)
     axes = axis_inertia(tree, found.fit)
-    return _result(description, found, recordings, whole, folder, axes, time.perf_counter() - start)
+    progress("Designing further motion", 0.9)
+    motion = write_further_motion(folder / MOTION, description, tree, found, shown_parameters(description, found))
+    figures = _figures(description, found, recordings, axes, motion)
+    from exograv.report.of_recording.twin_report import write_twin_report  # Matplotlib: 0.4 s
+
+    report = write_twin_report(figures, out / REPORT.format(rig=description.name))
+    progress("The twin is fitted", 1.0)
+    return TwinFitResult(figures, folder, whole.content_sha256, report, round(time.perf_counter() - start, 2))
 
 
 def copy_machine(description: RigDescription, folder: Path) -> None:
@@ -145,7 +120,7 @@ def copy_machine(description: RigDescription, folder: Path) -> None:
     shutil.copytree(description.folder, folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns(NAME))
 
 
-def _stored(
+def stored_twin(
     description: RigDescription,
     found: MachineFit,
     recordings: tuple[ReadRecording, ...],
@@ -154,6 +129,7 @@ def _stored(
 ) -> StoredTwin:
     """Return the fit in the form of the file."""
     layout, response = found.fit.prior.layout, found.response
+    compliance, compliance_sd = found.gears.compliance, found.gears.sd
     covariance = [_short(row[: k + 1]) for k, row in enumerate(found.fit.covariance)]
     drives = [
         FittedDrive(
@@ -183,6 +159,15 @@ def _stored(
         delay_ms=delay_ms if drives else [],
         first_order_delay_ms=_short(1e3 * np.array([response.first_order_delay_s])) if drives else [],
         drives=drives,
+        gears=[
+            FittedGear(
+                joint=joint,
+                compliance_rad_per_Nm=_short(compliance)[j],
+                compliance_sd_rad_per_Nm=_short(compliance_sd)[j],
+            )
+            for j, joint in enumerate(description.joints)
+            if np.isfinite(compliance[j])
+        ],
         joints=_joint_rows(description, found),
         posterior=Posterior(
             per_joint=list(layout.per_joint),
@@ -229,56 +214,88 @@ def _short(values: Float[np.ndarray, " value"]) -> list[float]:
     return [float(f"{value:.{DIGITS}g}") for value in values.tolist()]
 
 
-def _result(
+def _figures(
     description: RigDescription,
     found: MachineFit,
     recordings: tuple[ReadRecording, ...],
-    whole: StoredTwin,
-    folder: Path,
     axes: tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]],
-    wall_s: float,
-) -> TwinFitResult:
-    validation, delay = found.validation, whole.delay_ms
-    columns = (validation.rms_Nm, validation.noise_Nm, validation.over_noise, validation.slow_rms_Nm, found.moved_s)
-    rows = zip(description.joints, found.laws, *(column.tolist() for column in columns), strict=True)
-    bandwidth = {drive.joint: drive.bandwidth_Hz for drive in whole.drives}
-    return TwinFitResult(
+    motion: FurtherMotion,
+) -> TwinFigures:
+    validation, response = found.validation, found.response
+    rows = zip(
+        validation.rms_Nm, validation.noise_Nm, validation.over_noise, validation.slow_rms_Nm, validation.fitted_rms_Nm,
+        found.moved_s, strict=True,
+    )  # fmt: skip
+    delay, half = 1e3 * response.delay_s, 1.96e3 * response.delay_sd_s
+    is_known = bool(np.isfinite(response.delay_s))
+    return TwinFigures(
         rig=description.name,
         side=description.side,
-        folder=folder,
-        hash=whole.content_sha256,
         recordings=[one.path.name for one in recordings],
         recorded_s=round(sum(one.seconds for one in recordings), 1),
         held_out_s=round(validation.seconds, 1),
-        held_out=[JointResiduals(*row) for row in rows],
+        is_simulated=any(one.is_simulated for one in recordings),
+        held_out=[
+            JointResiduals(joint, law, *(float(value) for value in row))
+            for joint, law, row in zip(description.joints, found.laws, rows, strict=True)
+        ],
+        friction=[_friction(description, found, j) for j in range(len(description.joints))],
         parameters=_parameters(description, found),
         axis_inertia=[
             AxisInertia(joint, value, (value - 1.96 * sd, value + 1.96 * sd))
             for joint, value, sd in zip(description.joints, *(one.tolist() for one in axes), strict=True)
         ],
-        delay_ms=delay[0] if delay else None,
-        delay_ci95_ms=(delay[0] - 1.96 * delay[1], delay[0] + 1.96 * delay[1]) if delay else None,
-        bandwidth_Hz=[bandwidth.get(joint) for joint in description.joints],
+        delay_ms=delay if is_known else None,
+        delay_ci95_ms=(delay - half, delay + half) if is_known else None,
+        gears=[
+            GearFigures(joint, 1e3 * value, (1e3 * (value - 1.96 * sd), 1e3 * (value + 1.96 * sd)))
+            for joint, value, sd in zip(
+                description.joints, found.gears.compliance.tolist(), found.gears.sd.tolist(), strict=True
+            )
+            if np.isfinite(value)
+        ],
+        bandwidth_Hz=[value if np.isfinite(value) else None for value in response.bandwidth_Hz.tolist()],
         warnings=_warnings(description, found),
         further_motion=further_motion(description, found, axes),
-        wall_s=round(wall_s, 2),
+        designed_motion=motion,
     )
 
 
+def _friction(description: RigDescription, found: MachineFit, j: int) -> JointFriction:
+    curve, choice = found.curve, found.choices[j]
+    v, torque, half = curve.v[:, j], curve.torque[:, j], 1.96 * curve.sd[:, j]
+    is_shown = np.isfinite(curve.measured[:, j])
+    return JointFriction(
+        joint=description.joints[j],
+        law=choice.law,
+        v_rad_s=_short(v),
+        torque_Nm=_short(torque),
+        ci95_Nm=list(zip(_short(torque - half), _short(torque + half), strict=True)),
+        measured_v_rad_s=_short(curve.measured_v[is_shown, j]),
+        measured_Nm=_short(curve.measured[is_shown, j]),
+        laws=[LawScore(law, excess, choice.excess_sd[law]) for law, excess in choice.excess.items()],
+    )
+
+
+def shown_parameters(description: RigDescription, found: MachineFit) -> list[tuple[int, str]]:
+    """Joint and name of each parameter of the report: those of the joint's law, gain, rotor and encoder offset."""
+    always = ("inverse_gain", "coulomb", "viscous", "rotor", "offset")
+    return [
+        (j, name)
+        for j in range(len(description.joints))
+        for name in UNITS
+        if name in always or name in LAWS[found.laws[j]]
+    ]
+
+
 def _parameters(description: RigDescription, found: MachineFit) -> list[FittedParameter]:
-    layout, prior_sd = found.fit.prior.layout, np.sqrt(np.diag(found.fit.prior.covariance))
-    rows = []
-    for j, joint in enumerate(description.joints):
-        for name, unit in UNITS.items():
-            is_chosen = name in LAWS[found.laws[j]] or name in ("inverse_gain", "coulomb", "viscous", "rotor", "offset")
-            if not is_chosen:
-                continue
-            k = layout.of(name).start + j
-            value, sd = float(found.fit.theta[k]), float(found.fit.sd[k])
-            learned = 1.0 - sd / float(prior_sd[k])
-            rows.append(
-                FittedParameter(joint, name, unit, value, (value - 1.96 * sd, value + 1.96 * sd), round(learned, 3))
-            )
+    prior, rows = found.fit.prior, list[FittedParameter]()
+    for j, name in shown_parameters(description, found):
+        k = prior.layout.of(name).start + j
+        value, sd = float(found.fit.theta[k]), float(found.fit.sd[k])
+        before, before_sd = float(prior.mean[k]), float(np.sqrt(prior.covariance[k, k]))
+        ci95, learned = (value - 1.96 * sd, value + 1.96 * sd), round(1.0 - sd / before_sd, 3)
+        rows.append(FittedParameter(description.joints[j], name, UNITS[name], value, ci95, before, before_sd, learned))
     return rows
 
 

@@ -1,11 +1,23 @@
 """Motion that would tell what the recordings of a machine do not."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 from jaxtyping import Float
 
+from exograv.errors import ConfigError
+from exograv.files import replace_file
+from exograv.identification.excitation.basis import excitation_block, excitation_text
 from exograv.identification.machine_twin.friction_laws import LAWS
+from exograv.identification.machine_twin.further_design import EmptyLimits, design_further_motion
 from exograv.identification.machine_twin.machine_fit import MachineFit
 from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+from exograv.report.figures.twin_fit_data import ExpectedGain, FurtherMotion
+
+MOTION = "further_motion.toml"
+"""Name of the motion file in the folder of the machine."""
 
 GAIN_SURE = 0.015
 """Relative standard deviation of a gain below which a known weight adds little [-]."""
@@ -68,3 +80,34 @@ def further_motion(
             f"The delay is known to ±{1.96e3 * found.response.delay_sd_s:.1f} ms: record steps of the commanded torque."
         )
     return told
+
+
+def write_further_motion(
+    path: Path, description: RigDescription, tree: Tree, found: MachineFit, shown: Sequence[tuple[int, str]]
+) -> FurtherMotion:
+    """Design the motion that tells most about the least known of the shown parameters, and write its file.
+
+    Args:
+        path: File to write.
+        description: The machine.
+        tree: The machine at the lengths of the recordings.
+        found: Fit to the present recordings.
+        shown: Joint and name of each parameter that counts.
+
+    Raises:
+        ConfigError: The file cannot be written.
+    """
+    places = np.array([found.fit.prior.layout.of(name).start + j for j, name in shown])
+    design = design_further_motion(found.model, found.fit, EmptyLimits.of(description, tree), places)
+    block = excitation_block(design.basis, design.coefficients)
+    head = (
+        f"# Motion of {description.name} without an arm that tells most about what its recordings do not, written by\n"
+        f"# `exograv twin fit`. Fly it: exograv rig calibrate {path.parent} --motion {path}\n\n"
+    )
+    try:
+        replace_file(path, head + excitation_text(block))
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
+    ratios = (design.sd_after[places] / design.sd_before[places]).tolist()
+    rows = [ExpectedGain(description.joints[j], name, ratio) for (j, name), ratio in zip(shown, ratios, strict=True)]
+    return FurtherMotion(path, block.period_s, sorted(rows, key=lambda row: row.sd_ratio))

@@ -23,12 +23,16 @@ class TwinFitOptions(Options):
     recordings: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RECORDINGS")] = field(
         default=tyro.MISSING
     )
-    """Recordings of the empty machine in motion: exograv's MCAP, CSV with named columns, or ROS recordings."""
+    """Recordings of the empty machine in motion: exograv's MCAP, CSV with named columns, ROS recordings, or LeRobot
+    datasets."""
 
     side: SideOption = None
 
     torque: bool = False
     """The efforts of ROS recordings are joint torques [N·m] in place of currents."""
+
+    degrees: bool = False
+    """The positions of LeRobot datasets are degrees in place of radians."""
 
     weights: Weights = ()
     """Known weight that hangs at a mount during a whole recording. May be repeated. Recordings of exograv's calibration

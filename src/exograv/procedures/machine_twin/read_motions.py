@@ -1,4 +1,4 @@
-"""Recordings of an empty machine from several sources: exograv's MCAP, CSV with named columns, ROS recordings."""
+"""Recordings of an empty machine from several sources: exograv's MCAP, CSV with named columns, ROS, LeRobot."""
 
 import csv
 import hashlib
@@ -14,6 +14,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.description import RigDescription
 from exograv.recording.joint_states import is_ros_recording, read_joint_states
+from exograv.recording.lerobot import is_lerobot, read_lerobot
 from exograv.recording.log_columns import NAMES, named_columns
 from exograv.recording.reader import Recording, read_recording
 
@@ -34,8 +35,15 @@ WORN = frozenset({"take arm", "check arm", "rest", "identify", "verify", "check 
 
 ASKED_TORQUES = ("tau_commanded", "torque_commanded", "commanded_torque", "tau_cmd", "target_torque", "tau_desired")
 ASKED_CURRENTS = ("current_commanded", "i_commanded", "current_asked", "commanded_current", "i_cmd", "target_current")
+MOTOR_POSITIONS = ("q_motor", "motor_position", "actual_motor_q", "motor_q")
 HUNG = ("weight_kg", "hung_kg", "known_weight_kg", "payload_kg")
 """Names of columns of a CSV recording, without the number or name of the joint."""
+
+VIDEO = ".mp4"
+"""Ending of the videos of a LeRobot dataset, which do not belong to the fitted data."""
+
+ANGLE_MOST = 4.0 * np.pi
+"""Largest range of a joint that is plausible in radians [rad]."""
 
 NEEDED = "time, q of each joint, and current or tau of each joint"
 
@@ -49,6 +57,8 @@ class ReadRecording:
     """Pieces without a gap."""
 
     sha256: str
+    is_simulated: bool
+    """True if the recording states that its machine is simulated."""
 
     @property
     def seconds(self) -> float:
@@ -65,10 +75,17 @@ class _Columns:
     current: Float[np.ndarray, "tick joint"]
     current_asked: Float[np.ndarray, "tick joint"]
     hung: Float[np.ndarray, "tick hanging"]
+    is_simulated: bool = False
+    q_motor: Float[np.ndarray, "tick joint"] | None = None
 
 
 def read_motions(
-    description: RigDescription, paths: Sequence[Path], weights: Mapping[str, tuple[str, float]], *, is_torque: bool
+    description: RigDescription,
+    paths: Sequence[Path],
+    weights: Mapping[str, tuple[str, float]],
+    *,
+    is_torque: bool,
+    is_degrees: bool = False,
 ) -> tuple[ReadRecording, ...]:
     """Read recordings of the empty machine.
 
@@ -77,6 +94,7 @@ def read_motions(
         paths: The recordings.
         weights: Mount and mass [kg] of the known weight that hangs during a whole recording, by its path as given.
         is_torque: True if the efforts of ROS recordings are torques, and not currents.
+        is_degrees: True if the positions of LeRobot tables are in degrees.
 
     Raises:
         ConfigError: A mount is not one of the machine, or a weight is stated for a recording that is not given.
@@ -87,7 +105,7 @@ def read_motions(
         raise ConfigError(
             f"--weight names '{sorted(unknown)[0]}', which is none of the recordings: {', '.join(map(str, paths))}."
         )
-    return tuple(_read(description, path, weights.get(str(path)), is_torque) for path in paths)
+    return tuple(_read(description, path, weights.get(str(path)), is_torque, is_degrees) for path in paths)
 
 
 def hung_row(description: RigDescription, mount: str, mass_kg: float) -> Float[np.ndarray, " hanging"]:
@@ -104,10 +122,14 @@ def hung_row(description: RigDescription, mount: str, mass_kg: float) -> Float[n
     return row
 
 
-def _read(description: RigDescription, path: Path, weight: tuple[str, float] | None, is_torque: bool) -> ReadRecording:
+def _read(
+    description: RigDescription, path: Path, weight: tuple[str, float] | None, is_torque: bool, is_degrees: bool
+) -> ReadRecording:
     if not path.exists():
         raise RecordingError(f"The recording {path} does not exist. Check its path.")
-    if path.suffix.lower() in (".csv", ".txt", ".tsv"):
+    if is_lerobot(path):
+        columns = _of_lerobot(description, path, is_degrees)
+    elif path.suffix.lower() in (".csv", ".txt", ".tsv"):
         columns = _of_csv(description, path)
     elif is_ros_recording(path) and not _is_ours(path):
         columns = _of_ros(description, path, is_torque)
@@ -115,11 +137,11 @@ def _read(description: RigDescription, path: Path, weight: tuple[str, float] | N
         columns = _of_exograv(description, path)
     if weight is not None:
         columns.hung[:] = hung_row(description, *weight)
-    return ReadRecording(path, _pieces(path, columns), _digest(path))
+    return ReadRecording(path, _pieces(path, columns), _digest(path), columns.is_simulated)
 
 
 def _digest(path: Path) -> str:
-    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    files = sorted(one for one in path.rglob("*") if one.is_file() and one.suffix != VIDEO) if path.is_dir() else [path]
     digest = hashlib.sha256()
     for file in files:
         with file.open("rb") as stream:
@@ -156,7 +178,8 @@ def _of_exograv(description: RigDescription, path: Path) -> _Columns:
     gain = _ratio(tau, current, description.nominal_gain)
     return _Columns(
         ticks["t"].copy(), ticks["q_measured"].copy(), current.copy(), ticks["tau_commanded"] / gain,
-        _hung(description, recording, ticks["t"]),
+        _hung(description, recording, ticks["t"]), recording.is_simulated,
+        ticks["q_motor"].copy() if np.isfinite(ticks["q_motor"]).any() else None,
     )  # fmt: skip
 
 
@@ -182,6 +205,24 @@ def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> _Column
     states = read_joint_states(path, description.joints)
     current = states.effort / description.nominal_gain if is_torque else states.effort
     return _Columns(states.t, states.q, current, np.full_like(current, np.nan), _no_weight(description, len(states.t)))
+
+
+def _of_lerobot(description: RigDescription, path: Path, is_degrees: bool) -> _Columns:
+    table, gain = read_lerobot(path, description.joints), description.nominal_gain
+    q = np.deg2rad(table.q) if is_degrees else table.q
+    most = float(np.ptp(q, axis=0).max())
+    if most > ANGLE_MOST:
+        raise RecordingError(
+            f"{path}: a joint moves by {most:.0f} rad. If its positions are degrees, give --degrees. Positions that "
+            "LeRobot scales to ±100 cannot be used."
+        )
+    by = gain if table.current is None or table.torque is None else _ratio(table.torque, table.current, gain)
+    current = table.current if table.torque is None or table.current is not None else table.torque / gain
+    assert current is not None
+    asked = table.current_asked
+    if asked is None:
+        asked = np.full_like(q, np.nan) if table.torque_asked is None else table.torque_asked / by
+    return _Columns(table.t, q, current, asked, _no_weight(description, len(q)))
 
 
 def _no_weight(description: RigDescription, ticks: int) -> np.ndarray:
@@ -221,7 +262,7 @@ def _of_csv(description: RigDescription, path: Path) -> _Columns:
     weight = named_columns(names, HUNG, None)
     if weight is not None:
         hung[:] = np.outer(values[:, weight[0]], hung_row(description, description.calibration.mount, 1.0))
-    return _Columns(values[:, time[0]], q, used, asked, hung)
+    return _Columns(values[:, time[0]], q, used, asked, hung, q_motor=group(MOTOR_POSITIONS))
 
 
 def _ratio(tau: np.ndarray, current: np.ndarray, nominal: np.ndarray) -> np.ndarray:
@@ -257,11 +298,10 @@ def _pieces(path: Path, columns: _Columns) -> tuple[MeasuredMotion, ...]:
 
 def _even(name: str, columns: _Columns, part: np.ndarray, period_s: float) -> MeasuredMotion:
     t = columns.t[part]
-    rows = (columns.q, columns.current, columns.current_asked, columns.hung)
+    rows = [columns.q, columns.current, columns.current_asked, columns.hung]
+    rows += [] if columns.q_motor is None else [columns.q_motor]
     if np.abs(np.diff(t) - period_s).max() < 0.02 * period_s:
         return MeasuredMotion(name, t, *(values[part] for values in rows))
     grid = t[0] + period_s * np.arange(int((t[-1] - t[0]) / period_s) + 1)
-    q, current, asked, hung = (
-        np.column_stack([np.interp(grid, t, column) for column in values[part].T]) for values in rows
-    )
-    return MeasuredMotion(name, grid, q, current, asked, hung)
+    even = [np.column_stack([np.interp(grid, t, column) for column in values[part].T]) for values in rows]
+    return MeasuredMotion(name, grid, *even)
