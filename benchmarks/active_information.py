@@ -1,11 +1,17 @@
 """Information about an arm in the pointing of its wearer, and the estimate from it, on the twin.
 
     python benchmarks/active_information.py --seeds 1000-1002
+    python benchmarks/active_information.py --seeds 1000-1002 --rests 6
 
 Each wearer points in windows of 22 s. The machine carries the arm of the table, at level 0 and 0.02 in turns. The table
 prints the smallest standard deviation of the residual gravity torque under assumptions about the muscles, then the
 residual torque of estimates under these assumptions, with the share of held-out torques inside the 95 % interval.
 Effort is the standard deviation of the muscle torque that repeats at every touch.
+
+With --rests K the wearer rests K times instead, and the machine moves the relaxed arm for --motion-s seconds in each.
+The table then prints the smallest standard deviation after each rest, beside the residual torque of the learner. The
+bound counts the noise, the slow torque of a relaxed arm, and the uncertain direction of friction, but no error of the
+model.
 """
 
 from dataclasses import dataclass, replace
@@ -19,8 +25,9 @@ from exograv.experiment.train.preparation import lay_down
 from exograv.identification.active.active_wearer import ActiveWearer, TouchWindow
 from exograv.identification.active.muscle_torque import FREE_NM, MuscleTorque
 from exograv.identification.core.arm_model import ArmModel
-from exograv.identification.core.interface import Estimate
+from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.prior import prior
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
@@ -29,10 +36,13 @@ from exograv.laboratory.participant.virtual_participant import PointingPerson
 from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.phases import LAYING_DOWN
 from exograv.loop.tick_sample import TickSample
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import setting_of, table_guess
+from exograv.procedures.identification.identify import V_MOTION
+from exograv.procedures.identification.rest_learning import REST_MOTION_S, RestLearner, move_in_rest
 from exograv.procedures.weighing.motion_samples import MotionListener
 from exograv.task.events import Start
 from exograv.task.plan import TaskPlan
@@ -53,6 +63,10 @@ class Options:
     seeds: str = "1000-1002"
     rig: str = "recupera_like"
     level: int = 2
+    rests: int = 0
+    """Number of rests with driven motion; 0 for pointing."""
+    motion_s: float = REST_MOTION_S
+    """Duration of the driven motion in each rest [s], without the way to its start."""
 
 
 @dataclass
@@ -150,6 +164,55 @@ def named(muscle: MuscleTorque) -> str:
     return f"effort {effort}, {'free answer' if muscle.answer_Nm else 'no answer'} to the support"
 
 
+def rested(options: Options, seed: int) -> None:
+    """Print bound and residual torque of one wearer after each rest."""
+    laboratory = draw_laboratory(options.rig, None, options.level, seed)
+    preparation = Preparation(laboratory, seed)
+    known = preparation.calibrated()
+    worn, model = preparation.worn(known), ArmModel(known.assembly, known.machine)
+    belief, noise = (
+        prior(known.assembly, known.machine),
+        setting_of(model.again(), prior(known.assembly, known.machine)).noise,
+    )
+    prediction, learner = LeftOverPrediction(model.again(), belief[0]), RestLearner(model, known.x)
+    worn.pilot.worn = PersonLimitsManager(worn.pilot.envelope, known.assembly, known.machine, known.x)
+    examination = worn.examination()
+    print(f"wearer {seed}: N·m per joint ({', '.join(laboratory.description.joints)})")
+    print(
+        f"  before any motion, SD {text(prediction.rms(belief[1]))}, left over {text(examination.score(known.x).total)}"
+    )
+    information = np.linalg.inv(belief[1])
+    for k in range(1, options.rests + 1):
+        worn.pilot.worn.expect(learner.x, learner.covariance, V_MOTION)
+        path = learner.path(worn.twin.period_s, options.motion_s)
+        samples = move_in_rest(worn.pilot, worn.controller, path)
+        information += information_of(model.again(), samples, belief[0], noise)
+        learned = learner.learn(samples)
+        left = examination.score(learner.x).total
+        bound = prediction.rms(np.linalg.inv(information))
+        print(f"  {k} rests, {learned.motion_s:.0f} s of motion: bound, SD {text(bound)}")
+        print(f"    stated {text(learned.stated_Nm)}, left over {text(left)}, {learned.verdict.name}", flush=True)
+        worn.twin.pass_time(REST_S)
+
+
+def information_of(model: ArmModel, samples: list[Sample], x: np.ndarray, noise: Noise) -> np.ndarray:
+    """Fisher information about the parameters in the motion of a rest, per squared parameter.
+
+    The noise of a sample is white beside the slow torque of the wearer, a first-order process per joint.
+    """
+    rows = [model.linearise(sample, x)[1] for sample in samples]
+    uncertain = np.array([model.direction_uncertainty(sample.v) for sample in samples])
+    t, derivative = np.array([sample.t for sample in samples]), np.array(rows)
+    gap = np.diff(t, prepend=t[0] - 1.0)[:, None]
+    white = np.square(noise.sd) * np.maximum(noise.correlation_s / gap, 1.0) + uncertain**2
+    together = np.exp(-np.abs(t[:, None] - t) / noise.disturbance_correlation_s)
+    total = np.zeros((derivative.shape[2],) * 2)
+    for j, slow_sd in enumerate(noise.disturbance_sd):
+        C = slow_sd**2 * together + np.diag(white[:, j])
+        total += derivative[:, j].T @ np.linalg.solve(C, derivative[:, j])
+    return total
+
+
 def compared(options: Options, seed: int) -> None:
     """Print bounds and estimates of one wearer."""
     laboratory = draw_laboratory(options.rig, None, options.level, seed)
@@ -183,4 +246,4 @@ if __name__ == "__main__":
     asked = tyro.cli(Options, description=__doc__)
     first, _, last = asked.seeds.partition("-")
     for one in range(int(first), int(last or first) + 1):
-        compared(asked, one)
+        (rested if asked.rests else compared)(asked, one)

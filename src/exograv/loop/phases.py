@@ -71,6 +71,8 @@ IDENTIFICATION = Phase("identify", Drive.ALWAYS, settle_s=0.5)
 VERIFICATION = Phase("verify", Drive.ALWAYS)
 SESSION_CHECK = Phase("check session", Drive.ALWAYS, settle_s=0.5)
 """The motion of the identification is repeated between two windows."""
+REST_LEARNING = Phase("learn in rest", Drive.ALWAYS, settle_s=0.5)
+"""The machine moves the relaxed arm between two windows and learns it."""
 FLOATING = Phase("float", Drive.UNTIL_KNOWN, settle_s=1.0)
 LAYING_DOWN = Phase("lay down", Drive.ALWAYS, settle_s=1.0)
 WEIGHING = Phase("weigh", Drive.ALWAYS, settle_s=1.0)

@@ -155,6 +155,7 @@ def _train(options: Any) -> float | None:
     except ConfigError:  # The command itself refuses the protocol, with all its reasons.
         windows = options.windows or 0
     verified, checked = (windows // every if every else 0 for every in (options.verify_every, options.check_every))
+    checked += windows if options.learn_in_rests else 0
     return _prepared(options) + 20.0 + WINDOW_S * windows + VERIFIED_S * verified + CHECKED_S * checked
 
 

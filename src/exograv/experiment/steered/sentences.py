@@ -7,7 +7,7 @@ from types import MappingProxyType
 from exograv import sentence
 from exograv.identification.core.interface import Outcome
 from exograv.procedures.calibration import phase_texts
-from exograv.procedures.identification import watch_text
+from exograv.procedures.identification import rest_text, watch_text
 from exograv.runtime.control_loop import steering
 from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
@@ -18,6 +18,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         **steering.SENTENCES,
         **phase_texts.SENTENCES,
         **watch_text.SENTENCES,
+        **rest_text.SENTENCES,
         "guard.absent": "There is no guard. Wait until the machine is off.",
         "guard.ended": "The guard's process has ended.",
         "guard.silent": "The guard did not answer in time. Check the display before you ask again.",

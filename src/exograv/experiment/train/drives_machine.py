@@ -40,7 +40,7 @@ from exograv.task.participant_line import Room
 from exograv.task.plan import TaskPlan
 
 from .options import TrainOptions
-from .preparation import Ready, SelfTestPassed, WornMachine, known_again, known_arm, person_run, remembered
+from .preparation import Ready, SelfTestPassed, WornMachine, known_again, known_arm, person_run, remembered, unknown_arm
 from .remote_seat import ParticipantLine, RemoteSeat
 from .request import TrainingRequest
 
@@ -141,7 +141,8 @@ class DrivesMachine:
             return known_again(self._taken(pilot, known), before.person)
         guess = table_guess(self._assembly, known_machine.machine)
         known = ControllerKnowledge(self._assembly, known_machine.machine, guess, t, known_machine)
-        return known_arm(self._taken(pilot, known), self._person_run(), SelfTestPassed(True))
+        prepare = unknown_arm if self._options.learn_in_rests else known_arm
+        return prepare(self._taken(pilot, known), self._person_run(), SelfTestPassed(True))
 
     def seat(self, plan: TaskPlan, page: str, learned: LearnedState | None) -> RemoteSeat:
         """Seat the participant before the screen."""

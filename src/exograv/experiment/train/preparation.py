@@ -24,9 +24,11 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.estimator_session import arm_to_carry
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
+from exograv.procedures.identification.rest_learning import RestLearner
 from exograv.procedures.identification.session_watch import SessionWatch
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_not_refused
 from exograv.procedures.weighing.first_motion import first_motion
@@ -108,6 +110,21 @@ class CheckedBetween:
 
 
 @dataclass(frozen=True)
+class RestFigures:
+    """Motion in a rest, and what was learned from it."""
+
+    after_windows: int
+    motion_s: float
+    """Driven motion of all rests that the estimate uses [s]."""
+    verdict: str
+    is_taken: bool
+    stated_Nm: list[float]
+    """Residual torque that the carried arm states after the rest [N·m]."""
+    share: list[float]
+    """Share of the change of torque since the start of the session that is carried [-]."""
+
+
+@dataclass(frozen=True)
 class PreparationFigures:
     """Figures of the preparation. A machine that only records has none."""
 
@@ -117,6 +134,7 @@ class PreparationFigures:
     person_kept: bool | None = field(default=None, metadata=OPTIONAL)
     verified: list[VerifiedBetween] | None = field(default=None, metadata=OPTIONAL)
     checked: list[CheckedBetween] | None = field(default=None, metadata=OPTIONAL)
+    learned: list[RestFigures] | None = field(default=None, metadata=OPTIONAL)
 
 
 PREPARATION: TypeAdapter[PreparationFigures] = TypeAdapter(PreparationFigures)
@@ -149,6 +167,8 @@ class Ready:
     model: ArmModel | None = None
     watch: SessionWatch | None = None
     """Watch over the arm since its identification; None until it has seen the motion once."""
+    learner: RestLearner | None = None
+    """Estimate that runs through the rests; None before the first motion in a rest."""
 
 
 def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed) -> Ready:
@@ -211,6 +231,46 @@ def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed)
     if floated.covariance is not None:
         watch = SessionWatch(identifier.model, floated.x, floated.covariance, kept.samples)
     return Ready(pilot, controller, worn.put_room, _kept(machine, floated), figures, identifier.model, watch)
+
+
+def unknown_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed) -> Ready:
+    """Check the arm against the form for twenty seconds, then lay it on its support. The rests will show more of it.
+
+    The machine carries the arm of the participant's file as far as the decision to float allows, else the table's.
+
+    Args:
+        worn: Machine that carries the arm of the table.
+        person: Participant's file; without one the session starts from the table.
+        passed: Figures of the machine's self-test.
+
+    Raises:
+        ConfigError: The arm does not agree with the form.
+        RigError: The envelope stopped the run.
+    """
+    pilot, controller, known = worn.pilot, worn.controller, worn.known
+    assembly, machine = known.assembly, known.machine
+    worn.put_room(False)
+    model = ArmModel(assembly, machine)
+    pilot.begin(ARM_CHECK)
+    check = ArmJudge(model).judge([first_motion(pilot, controller, model)], person.told.mass_kg)
+    if check.is_sure:
+        _refuse_other_arm(check)
+    belief, x, covariance = person.belief(machine), known.x, prior(assembly, machine)[1]
+    person.warn(pilot.recording, pilot.rig.read().t)
+    if belief is not None:
+        carried = arm_to_carry(Estimate(0.0, *belief, rejected_share=0.0, noise_scale=1.0), assembly, machine)
+        if controller.publish(carried.x, pilot.q):
+            x, covariance = carried.x, belief[1]
+    pilot.worn = pilot.worn or PersonLimitsManager(pilot.envelope, assembly, machine, x)
+    pilot.worn.know(x)
+    lay_down(pilot, controller, worn.put_room)
+    figures = PreparationFigures(
+        passed, ArmCheckFigures(round(check.arm_mass, 3), check.why, round(check.probability, 4))
+    )
+    learner = RestLearner(model, x, belief)
+    return Ready(
+        pilot, controller, worn.put_room, KnownPerson.of(machine, x, covariance), figures, model, learner=learner
+    )
 
 
 def known_again(worn: WornMachine, person: KnownPerson) -> Ready:

@@ -80,7 +80,7 @@ def _carry(ready: Ready, before: ArmController, learned: LearnedAgain) -> None:
     covariance = np.zeros((0, 0)) if carried.covariance is None else carried.covariance
     ready.controller = learned.controller(before, ready.pilot.rig.period_s)
     ready.person = KnownPerson.of(machine, carried.x, covariance, learned.assembly.slid_m)
-    ready.model = ArmModel(learned.assembly, machine)
+    ready.model, ready.learner = ArmModel(learned.assembly, machine), None
     ready.pilot.worn = PersonLimitsManager(ready.pilot.envelope, learned.assembly, machine, carried.x)
     ready.pilot.worn.know(carried.x)
 

@@ -27,6 +27,7 @@ from .lockstep_screen import BetweenWindows, LockstepScreen
 from .options import TrainOptions
 from .preparation import PREPARATION, PreparationFigures, Ready
 from .request import TrainingRequest, asked_for
+from .rest import learn_in_rest, with_rest
 from .session_check import check_between, with_check
 from .verification import verify_between
 
@@ -268,7 +269,12 @@ class _Training:
             with_check(ready, check_between(ready, len(run.state.complete), self._options.identify_again))
             return ready.controller
 
+        def learn() -> Controller:
+            with_rest(ready, learn_in_rest(ready, len(run.state.complete)))
+            return ready.controller
+
         between = (
+            BetweenWindows(int(self._options.learn_in_rests), "learning in the rest", learn),
             BetweenWindows(self._options.check_every, "session check", check),
             BetweenWindows(self._options.verify_every, "verification", verify),
         )

@@ -35,7 +35,7 @@ from exograv.task.protocol_schema import Protocol
 from exograv.task.record_sinks import aircraft_sink
 
 from .options import TrainOptions
-from .preparation import Ready, SelfTestPassed, WornMachine, known_again, known_arm, person_run, remembered
+from .preparation import Ready, SelfTestPassed, WornMachine, known_again, known_arm, person_run, remembered, unknown_arm
 from .recording_pilot import RecordingPilot
 
 COMMAND = "exograv run train"
@@ -96,7 +96,8 @@ class TwinMachine:
         if before is not None and before.person is not None:
             return known_again(self._worn(remembered(before.person, self._assembly, t), seed, recording), before.person)
         known, passed = self._tested()
-        return known_arm(self._worn(known, seed, recording), self._person_run(), passed)
+        prepare = unknown_arm if self._options.learn_in_rests else known_arm
+        return prepare(self._worn(known, seed, recording), self._person_run(), passed)
 
     def seat(self, plan: TaskPlan, page: str, learned: LearnedState | None) -> TwinSeat:
         """Seat the virtual participant before the screen."""

@@ -44,6 +44,9 @@ UNLIKELY = 1e-6
 PLAUSIBLE_SD = 2.5
 """Largest distance from the prior for linearisation [standard deviations]; the estimate may be farther away."""
 
+FIRST_GAP_S, GAP_MAX_S = 1.0, 60.0
+"""Time before the first sample as the filter counts it, and longest time between two samples [s]."""
+
 RELINEARISE_FIRST_S, RELINEARISE_GROWTH = 2.0, 1.6
 """First time of relinearisation of all samples [s], and the factor to each later time [-]."""
 
@@ -250,7 +253,7 @@ class Recursive:
         rows = [(*model.linearise(sample, x), model.direction_uncertainty(sample.v)) for sample in history]
         tau, derivative, uncertainty = (np.array(column) for column in zip(*rows, strict=True))
         t, measured = np.array([sample.t for sample in history]), np.array([sample.tau for sample in history])
-        dt = np.minimum(np.diff(t, prepend=-np.inf), 1.0)
+        dt = np.minimum(np.diff(t, prepend=t[0] - FIRST_GAP_S), GAP_MAX_S)
         flat = derivative.reshape(-1, len(x))
         H = (flat @ self._unwhiten).reshape(*tau.shape, -1)
         y = measured - tau + (flat @ (x - self._mean)).reshape(tau.shape)
@@ -258,7 +261,7 @@ class Recursive:
         return _Linear(dt, H, y, self._noise_sd(dt[:, None], uncertainty), errors)
 
     def _take(self, sample: Sample) -> None:
-        dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
+        dt = min(sample.t - self._history[-1].t, GAP_MAX_S) if self._history else FIRST_GAP_S
         tau, derivative = self._model.linearise(sample, self._x)
         noise_sd = self._noise_sd(dt, self._model.direction_uncertainty(sample.v))
         H, y = derivative @ self._unwhiten, sample.tau - tau + derivative @ (self._x - self._mean)

@@ -102,7 +102,8 @@ class GuardReplay:
         if person is not None:
             self._agree()
             person.gravity_level = gravity_level
-            person.drive(is_driven)
+            if person.is_driven != is_driven:  # The end of a motion limits the tank, a new level does not.
+                person.drive(is_driven)
 
     @property
     def gravity_level(self) -> float:

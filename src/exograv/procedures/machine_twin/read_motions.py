@@ -30,7 +30,12 @@ LOWERING_S = 1.2
 PIECE_LEAST_S = 2.0
 """Shortest piece between two gaps that is used [s]."""
 
-WORN = frozenset({"take arm", "check arm", "rest", "identify", "verify", "check session", "float", "lay down", "weigh"})
+WORN = frozenset(
+    {
+        "take arm", "check arm", "rest", "identify", "verify", "check session", "learn in rest", "float", "lay down",
+        "weigh",
+    }
+)  # fmt: skip
 """Phases of a recording in which an arm is in the machine; their ticks are left out."""
 
 ASKED_TORQUES = ("tau_commanded", "torque_commanded", "commanded_torque", "tau_cmd", "target_torque", "tau_desired")

@@ -1,0 +1,211 @@
+"""Learning in rests: the machine moves the relaxed arm between two windows, and one estimate runs through all rests."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from exograv import motion
+from exograv.dynamics.parameters import ParameterLayout
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.carried_arm import BodyTable, CarriedArm, carried_arm, widened_by_check
+from exograv.identification.core.interface import Agreement, Covariance, Estimate, Joints, Parameters, Sample
+from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction, is_restless
+from exograv.identification.core.prior import prior
+from exograv.identification.recursive.previous_session import carried_over, kept_part
+from exograv.identification.recursive.recursive import LEAST_FIT, Recursive
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import fade
+from exograv.loop.phases import REST_LEARNING
+from exograv.loop.pilot import Pilot
+from exograv.model.arm import is_plausible
+from exograv.model.rig_settings import Excitation
+from exograv.motion import Trajectory
+
+from .estimator_session import Belief, build_method
+from .identify import excitation_motion
+from .session_watch import MeansListener
+
+REST_MOTION_S = 10.0
+"""Duration of the driven motion in a rest [s], without the way to its start."""
+
+SHIFT = (np.sqrt(5.0) - 1.0) / 2.0
+"""Share of the excitation's period between the starts of two motions [-]. Multiples of the golden section fill the
+period evenly after any number of rests."""
+
+APART_S = 15.0
+"""Time between the motions of two rests, as the estimator counts it [s]. The wearer's slow torque is forgotten by
+then."""
+
+CHECK_POSTURES = 4
+"""Number of postures of a motion at which the estimate from before is checked [-], as at the end of identification."""
+
+
+class Verdict(Enum):
+    """Decision after a rest; the value is a sentence for the operator."""
+
+    TAKEN = "The model of the arm was renewed."
+    NO_BETTER = "The model stays: the new one is not more certain."
+    DISAGREES = "The model stays: the motion contradicts earlier rests. Ask the person to relax, and check the cuffs."
+    BEGINS_AGAIN = "The model stays: two rests contradict the earlier ones. Check the cuffs. The machine learns again."
+    RESTLESS = "The model stays: the person does not relax. Ask the person to relax in the rests."
+    IMPLAUSIBLE = "The model stays: the new arm is not plausible. Check the cuffs and the body data."
+
+
+@dataclass(frozen=True)
+class RestLearned:
+    """Result of one rest."""
+
+    verdict: Verdict
+    motion_s: float
+    """Driven motion of all rests that the estimate uses [s]."""
+    estimate: Estimate
+    carried: CarriedArm
+    """Decision to float for the estimate, with the arm at the start of the session in place of the table's."""
+    stated_Nm: Joints
+    """Residual torque that the carried arm states after the rest [N·m]."""
+    agreement: Agreement | None
+    """Check of the estimate before the motion by the motion; None without enough motion before."""
+
+
+class RestLearner:
+    """Running estimate of one arm over the rests of a session."""
+
+    def __init__(self, model: ArmModel, x: Parameters, belief: Belief | None = None):
+        """Start from the arm that is carried.
+
+        Args:
+            model: Model of this arm in this machine.
+            x: Parameters that the machine carries.
+            belief: Mean and covariance from an identification or from the participant's file; None for the table's.
+        """
+        self._model, self._table = model.again(), prior(model.assembly, model.machine)
+        self._belief: Belief = self._table if belief is None else belief
+        self._bodies = ParameterLayout.of(model.assembly).bodies
+        self._prediction = LeftOverPrediction(model.again(), x)
+        self._start, self.x, away = BodyTable(x, self._belief[1]), x, x - self._belief[0]
+        self.covariance: Covariance = self._belief[1] + np.outer(away, away)
+        """Mean square error of `x`, the carried parameters."""
+        self.rests = 0
+        """Number of motions so far."""
+        self._target = np.array([TARGET_NM[place] for place in model.assembly.description.places])
+        self._is_contradicted = False
+        self._begin()
+
+    def _begin(self) -> None:
+        assembly, machine = self._model.assembly, self._model.machine
+        method = build_method("recursive", assembly, machine, self._model.again(), self._belief)
+        assert isinstance(method, Recursive)
+        self._method, self._count, self._motion_s, self._end_t = method, 0, 0.0, 0.0
+
+    @property
+    def stated_Nm(self) -> Joints:
+        """Residual torque that the carried arm states [N·m]."""
+        return self._prediction.rms(self.covariance)
+
+    def path(self, dt: float, seconds: float = REST_MOTION_S) -> Trajectory:
+        """Return the motion of the coming rest: `seconds` of the machine's excitation, from another phase each time."""
+        assembly = self._model.assembly
+        return excitation_motion(assembly, seconds, dt, shifted(assembly.description.excitation, self.rests * SHIFT))
+
+    def learn(self, samples: Sequence[Sample]) -> RestLearned:
+        """Learn from the motion of a rest, and decide which arm is carried from then on.
+
+        The new arm is taken if it is plausible, the motion agrees with the estimate from before, the person relaxes,
+        and its stated residual torque over the target is smaller, RMS over the axes. A second contradiction in a row
+        begins the estimate anew.
+        """
+        self.rests += 1
+        agreement = self._take(samples)
+        estimate = widened_by_check(self._estimate(), self._prediction, agreement)
+        carried = carried_arm(estimate, self._start, self._prediction, self._bodies)
+        verdict = self._judged(estimate, carried, agreement)
+        motion_s = self._motion_s
+        if verdict is Verdict.TAKEN and carried.covariance is not None:
+            self.x, self.covariance = carried.x, carried.covariance
+        if verdict is Verdict.BEGINS_AGAIN:
+            self._forget(samples)
+        self._is_contradicted = verdict is Verdict.DISAGREES
+        return RestLearned(verdict, motion_s, estimate, carried, self.stated_Nm, agreement)
+
+    def _take(self, samples: Sequence[Sample]) -> Agreement | None:
+        """Feed the samples; the ones after enough motion test the estimate."""
+        begins = self._end_t + APART_S if self._count else 0.0
+        held_from = max(LEAST_FIT + 1 - self._count, 0)
+        for k, sample in enumerate(samples):
+            if k == held_from:
+                self._method.hold_out(check_postures(samples[k:]))
+            self._method.update(replace(sample, t=begins + sample.t))
+        self._count += len(samples)
+        self._motion_s, self._end_t = self._motion_s + samples[-1].t, begins + samples[-1].t
+        agreement = self._method.agreement() if len(samples) > held_from else None
+        self._method.relinearise()
+        return agreement
+
+    def _estimate(self) -> Estimate:
+        return replace(self._method.estimate(), t=self._motion_s)
+
+    def _judged(self, estimate: Estimate, carried: CarriedArm, agreement: Agreement | None) -> Verdict:
+        if is_restless(estimate):
+            return Verdict.RESTLESS
+        if agreement is not None and not agreement.holds:
+            return Verdict.BEGINS_AGAIN if self._is_contradicted else Verdict.DISAGREES
+        if not is_plausible(self._model.assembly.arm, carried.x):
+            return Verdict.IMPLAUSIBLE
+        if carried.covariance is None:
+            return Verdict.NO_BETTER
+        new, old = (
+            np.square(rms / self._target).sum() for rms in (self._prediction.rms(carried.covariance), self.stated_Nm)
+        )
+        return Verdict.TAKEN if new < old else Verdict.NO_BETTER
+
+    def _forget(self, samples: Sequence[Sample]) -> None:
+        """Begin again with the samples of this rest, as after the cuffs were fastened anew.
+
+        The cuffs or the machine may have changed. The carried arm stays, and no longer states its old bound.
+        """
+        layout, kept = ParameterLayout.of(self._model.assembly), kept_part(ParameterLayout.of(self._model.assembly))
+        mean, covariance = self._belief
+        self._belief = carried_over(layout, (mean[kept], covariance[kept, kept]), self._table, 0.0)
+        away = self.x - self._belief[0]
+        self.covariance = self._belief[1] + np.outer(away, away)
+        self._start = BodyTable(self.x, self.covariance)
+        self._begin()
+        self._take(samples)
+
+
+def check_postures(samples: Sequence[Sample]) -> np.ndarray:
+    """Return the postures of a motion, evenly spaced in time [rad]."""
+    at = np.linspace(0, len(samples) - 1, CHECK_POSTURES + 2)[1:-1].round().astype(int)
+    return np.array([samples[k].q for k in at])
+
+
+def shifted(excitation: Excitation, share: float) -> Excitation:
+    """Return the same periodic motion, begun after a share of its period [-]."""
+    angle = 2.0 * np.pi * share * np.arange(1, len(excitation.sine_deg) + 1)[:, None]
+    sine, cosine = np.array(excitation.sine_deg), np.array(excitation.cosine_deg)
+    return excitation.model_copy(
+        update={
+            "sine_deg": (np.cos(angle) * sine - np.sin(angle) * cosine).tolist(),
+            "cosine_deg": (np.sin(angle) * sine + np.cos(angle) * cosine).tolist(),
+        }
+    )
+
+
+def move_in_rest(pilot: Pilot, controller: ArmController, path: Trajectory) -> list[Sample]:
+    """Take the relaxed arm from its support, move it along the path, and return the samples, with the way to its start.
+
+    The arm is carried afterwards.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    dt, posture = pilot.rig.period_s, pilot.q.copy()
+    pilot.begin(REST_LEARNING)
+    fade(pilot, controller, "gravity_level", 0.0, posture)
+    fade(pilot, controller, "drive", REST_LEARNING.drive.goal(is_known=True), posture)
+    listener = MeansListener(controller.assembly.n, dt)
+    way = motion.joined([REST_LEARNING.approach(pilot.q, path.q[0], dt), path])
+    pilot.run(controller, way, "Learning the arm in a rest", listener)
+    return listener.samples

@@ -1,0 +1,47 @@
+"""Sentences for the operator about learning in rests: decision, certainty and what helps."""
+
+from collections.abc import Mapping
+from functools import partial
+from types import MappingProxyType
+
+import numpy as np
+
+from exograv import sentence
+from exograv.identification.core.left_over import TARGET_NM
+from exograv.model.description import RigDescription
+from exograv.sentence import Sentence
+
+from .rest_learning import REST_MOTION_S, RestLearned, Verdict
+
+SENTENCES: Mapping[str, str] = MappingProxyType(
+    {
+        "rest.begins": "In this rest the machine moves the arm for {seconds} s and learns it. Relax the arm.",
+        "rest.sure": "After {seconds} s of motion the residual torque is stated as {stated} N·m.",
+        "rest.reached": "The target is reached on all axes. Further rests need no motion.",
+        "rest.missing": "{joint} is farthest from its target, {target} N·m. Ask the person to relax in the next rest.",
+        **{f"rest.{verdict.name.lower()}": verdict.value for verdict in Verdict},
+    }
+)
+"""Texts in English by code, with placeholders."""
+
+say = partial(sentence.say, SENTENCES)
+
+
+def begins_text() -> Sentence:
+    """Announce the motion, to operator and participant."""
+    return say("rest.begins", seconds=f"{REST_MOTION_S:.0f}")
+
+
+def rest_text(learned: RestLearned, description: RigDescription) -> str:
+    """State decision, certainty, and what the operator may do."""
+    target = np.array([TARGET_NM[place] for place in description.places])
+    worst = int((learned.stated_Nm / target).argmax())
+    stated = ", ".join(f"{value:.2f}" for value in learned.stated_Nm)
+    parts = [
+        say(f"rest.{learned.verdict.name.lower()}"),
+        say("rest.sure", seconds=f"{learned.motion_s:.0f}", stated=stated),
+        say("rest.reached")
+        if learned.stated_Nm[worst] <= target[worst]
+        else say("rest.missing", joint=description.joints[worst], target=f"{target[worst]:.3g}"),
+    ]
+    return " ".join(parts)
