@@ -58,6 +58,7 @@ WITHOUT_DRIVES: Mapping[str, str] = MappingProxyType(
         "run mirror": _LOCK_STEP,
         "data view": _COMPUTES,
         "data replay": _COMPUTES,
+        "dev faults": "it makes the faults inside the twin",
         "dev transparency": "it measures effort by the twin's true torques",
     }
 )

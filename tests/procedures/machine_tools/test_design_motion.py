@@ -8,18 +8,13 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.identification.excitation import MotionLimits, design, harmonic
-from exograv.identification.excitation.basis import Coefficients
+from exograv.identification.excitation.basis import Coefficients, excitation_block, excitation_text
 from exograv.identification.excitation.problem import MotionProblem
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.rig_settings import Excitation
 from exograv.model.support import assemble
-from exograv.procedures.machine_tools.design_motion import (
-    design_motion,
-    excitation_block,
-    excitation_text,
-    periodic,
-)
+from exograv.procedures.machine_tools.design_motion import design_motion, periodic
 from exograv.procedures.machine_tools.options import DesignOptions
 
 ROUNDING = 0.01
