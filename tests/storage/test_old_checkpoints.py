@@ -15,6 +15,7 @@ from exograv.campaigns.sweep.table_task import TABLE
 from exograv.campaigns.virtual_study.checkpoint import CAREER_FILE
 from exograv.console.run_checkpoint import RunContext
 from exograv.loop.replay_log import read_machine
+from exograv.procedures.rehabilitation.assist.options import AssistOptions
 from exograv.procedures.rehabilitation.assist.participant_record import read_assist
 from exograv.storage.checkpoint import CheckpointRows
 from exograv.storage.session_checkpoint import read_kept
@@ -75,7 +76,8 @@ def test_the_run_of_a_console_comes_back():
 
 
 def test_sessions_of_assist_as_needed_come_back():
-    file = read_assist(DATA / "assist.json", "P-07", {"level": 2, "seed": 1001})
+    options = AssistOptions(rig="recupera_like_qdd", participant="P-07", level=2, seed=1001)
+    file = read_assist(DATA / "assist.json", "P-07", options.kept)
     assert [(session.number, len(session.blocks), session.is_over) for session in file.sessions] == [(1, 6, True)]
 
 
