@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from exograv.console.words import said_in
+from exograv.options import OptionRecord
 from exograv.procedures.rehabilitation.assist.page import course, page_of, write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import AssistFile, opened
 from exograv.procedures.rehabilitation.assist.session import fly_session
@@ -37,6 +38,14 @@ def test_every_decision_stands_on_the_page_in_its_language(language: Language, s
     assert simulated in page
     assert said in page
     assert page.count("<tr>") == 1 + sum(len(session.blocks) for session in file.sessions)
+
+
+@pytest.mark.parametrize(
+    ("options", "is_simulated"), [({}, True), ({"drives": "simulated"}, True), ({"drives": "real"}, False)]
+)
+def test_only_the_page_of_a_real_machine_does_not_say_that_it_is_simulated(options: OptionRecord, is_simulated: bool):
+    page = page_text(page_of(sessions(0.8).model_copy(update={"options": options}), AssistTexts("en", SAID)))
+    assert ("SIMULATED" in page) is is_simulated
 
 
 def test_both_languages_have_the_same_words_with_the_same_gaps():
