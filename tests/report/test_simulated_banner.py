@@ -25,7 +25,7 @@ MAKERS = {
     "report/of_benchmarks/transparency_report.py": ALWAYS,
     "report/of_benchmarks/identification_benchmark.py": ALWAYS,
     "report/of_recording/twin_report.py": ("SIMULATED_MACHINE if figures.is_simulated else ''",),
-    "procedures/rehabilitation/assist/page.py": ("'' if file.options.get('drives') == 'real' else word('simulated')",),
+    "procedures/rehabilitation/assist/page.py": ("simulated",),
     "campaigns/virtual_study/page.py": ALWAYS,
 }
 """Modules that make a page, and what they may give as its banner."""

@@ -27,12 +27,13 @@ class SupportBlock:
     """Bounds of the support [%]."""
 
 
-def draw_assist(blocks: Sequence[SupportBlock], word: Callable[[str], str]) -> Figure:
+def draw_assist(blocks: Sequence[SupportBlock], word: Callable[[str], str], is_simulated: bool) -> Figure:
     """Draw support above, and the share of reached targets below, block by block over all sessions.
 
     Args:
         blocks: Blocks of all sessions, in their order.
         word: Gives the name of an axis in the page's language.
+        is_simulated: True to mark the figure as simulated.
     """
     figure = Figure(figsize=(9.6, 4.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
@@ -50,5 +51,4 @@ def draw_assist(blocks: Sequence[SupportBlock], word: Callable[[str], str]) -> F
             above.annotate(f"{word('session')} {one.session}", (k + 0.6, 101.0), fontsize=8, color=GREY)
     above.set(ylim=(-2, 109), ylabel=word("carried"))
     below.set(ylim=(0, 105), ylabel=word("reached"), xlabel=word("block"), xticks=numbers)
-    mark_simulated(figure)
-    return figure
+    return mark_simulated(figure, is_simulated)

@@ -51,8 +51,9 @@ def page_of(file: AssistFile, words: AssistTexts) -> Page:
     ]
     began, now = f"{last.began_percent:g}", f"{last.state.support_percent:g}"
     title = word("title", participant=file.participant)
+    simulated = "" if file.options.get("drives") == "real" else word("simulated")
     with house_style():
-        figure = draw_assist(course(file), word)
+        figure = draw_assist(course(file), word, bool(simulated))
     columns = (word("session"), word("block"), word("carried"), word("reached"), word("decision"))
     return Page(
         headline=word(
@@ -61,7 +62,7 @@ def page_of(file: AssistFile, words: AssistTexts) -> Page:
         title=title,
         line=title,
         language=words.language,
-        simulated="" if file.options.get("drives") == "real" else word("simulated"),
+        simulated=simulated,
         chapters=[
             Chapter(word("course"), (), "course", figure, word("caption")),
             Chapter(word("decisions"), [Table(columns, rows)], "decisions"),
