@@ -14,6 +14,7 @@ PARTS = MappingProxyType(
         "calibration.push": (0.01, 0.13),
         "calibration.sweep": (0.13, 0.86),
         "calibration.weight": (0.13, 0.86),
+        "calibration.motion": (0.86, 0.86),  # no calibration of the pages has one
         "calibration.friction": (0.86, 0.98),
         "calibration.home": (0.98, 1.0),
     }
