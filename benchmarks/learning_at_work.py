@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 import tyro
 
+from active_information import inside
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Joints
@@ -25,7 +26,6 @@ from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.core.prior import prior
 from exograv.identification.recursive.previous_session import carried_over, kept_part
 from exograv.laboratory.preparation import Preparation, WornTwin
-from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import PersonLimitsManager
@@ -71,17 +71,6 @@ class Course:
         """Residual torque that is carried at this time of the session [N·m]."""
         done = [one for t, one in zip(self.session_s, self.left_over, strict=True) if t <= seconds]
         return done[-1] if done else self.start
-
-
-def inside(examination: Examination, model: ArmModel, estimate: Estimate) -> float:
-    """Share of the torques at the held-out postures, all joints, that lie in the 95 % interval [-]."""
-    if estimate.covariance is None:
-        return np.nan
-    layout = ParameterLayout.of(model.assembly)
-    rows = np.array([model.at_rest(q, estimate.x)[1] for q in examination.postures])
-    rows[:, :, layout.fit.stop :] = 0.0
-    variance = np.einsum("pji,ik,pjk->pj", rows, estimate.covariance, rows, optimize=True)
-    return float((np.abs(examination.arm_error(estimate.x)) <= 1.96 * np.sqrt(np.maximum(variance, 0.0))).mean())
 
 
 def give_back(worn: WornTwin) -> None:

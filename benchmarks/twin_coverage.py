@@ -59,11 +59,9 @@ def errors(machine: Machine, found: MachineFit, t: float) -> dict[str, tuple[np.
         "offset": machine.sensors.encoder_offset,
     }
     layout, theta = found.fit.prior.layout, found.fit.theta
-    sds = [np.sqrt(np.diag(one)) for one in (found.noise_covariance, found.fit.covariance)]
-    return {
-        name: tuple((theta[layout.of(name)] - truth[name]) / sd[layout.of(name)] for sd in sds)  # type: ignore[misc]
-        for name in NAMES
-    }
+    by_noise, after = (np.sqrt(np.diag(one)) for one in (found.noise_covariance, found.fit.covariance))
+    off = {name: theta[layout.of(name)] - truth[name] for name in NAMES}
+    return {name: (off[name] / by_noise[layout.of(name)], off[name] / after[layout.of(name)]) for name in NAMES}
 
 
 def main() -> None:

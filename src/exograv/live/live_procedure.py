@@ -64,7 +64,7 @@ class LiveFloat:
         self._still, self._count, self._state = np.zeros(joints), 0, np.zeros((), state_dtype(joints))
 
     def close(self) -> None:
-        """Release the memory."""
+        """Close both mailboxes."""
         self._states.close()
         self._answers.close()
 

@@ -75,3 +75,16 @@ def test_postures_of_the_check_are_of_the_motion():
     postures = check_postures(samples)
     assert len(postures) == 4
     assert set(postures[:, 0]) <= {sample.q[0] for sample in samples}
+
+
+@pytest.mark.long
+def test_an_arm_that_the_machine_refuses_leaves_no_trace_in_what_the_learner_states(model: ArmModel):
+    learner = RestLearner(model, table_guess(model.assembly, model.machine))
+    x, covariance, stated = learner.x, learner.covariance, learner.stated_Nm
+    truth = prior(model.assembly, model.machine)[0]
+    learned = learner.learn(of_motion(model.again(), learner, truth, 0))
+    assert learned.verdict is Verdict.TAKEN
+    assert (learner.stated_Nm != stated).any()
+    learner.keep(x, covariance)
+    assert learner.x is x
+    assert learner.stated_Nm == pytest.approx(stated)

@@ -40,9 +40,13 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
         pilot.worn = PersonLimitsManager(pilot.envelope, controller.assembly, controller.machine, learner.x)
     pilot.worn.expect(learner.x, learner.covariance, V_MOTION)
     samples = move_in_rest(pilot, controller, learner.path(pilot.rig.period_s))
+    before = learner.x, learner.covariance
     learned = learner.learn(samples)
     lay_down(pilot, controller, ready.put_room)
     is_taken = learned.verdict is Verdict.TAKEN and controller.publish(learner.x, pilot.q)
+    if learned.verdict is Verdict.TAKEN and not is_taken:
+        learner.keep(*before)
+        learned = replace(learned, verdict=Verdict.IMPLAUSIBLE, stated_Nm=learner.stated_Nm)
     if is_taken:
         ready.person = KnownPerson.of(controller.machine, learner.x, learner.covariance, person.slid_m)
         pilot.worn.know(learner.x)

@@ -104,6 +104,10 @@ class RestLearner:
         """Residual torque that the carried arm states [N·m]."""
         return self._prediction.rms(self.covariance)
 
+    def keep(self, x: Parameters, covariance: Covariance) -> None:
+        """Note that the machine carries these parameters: it refused those of the last rest."""
+        self.x, self.covariance = x, covariance
+
     def path(self, dt: float, seconds: float = REST_MOTION_S) -> Trajectory:
         """Return the motion of the coming rest: `seconds` of the machine's excitation, from another phase each time."""
         assembly = self._model.assembly

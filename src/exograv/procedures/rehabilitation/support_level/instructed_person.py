@@ -28,7 +28,7 @@ class SpokenPerson:
         self._say("Get ready for the next target.")
 
     def reach(self, target: int, place: Place) -> None:
-        """Show the target."""
+        """Tell the person the next target, its place, and the time to reach it."""
         one = TARGETS[target]
         side = "outward" if one.outward_deg >= 0.0 else "inward"
         height = "above" if one.up_deg >= 0.0 else "below"
