@@ -1,13 +1,12 @@
 """The page of a recording shows the recorded motion, and says who measured what is left over."""
 
-import gc
 import json
-import tracemalloc
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.peaks import largest_peak_bytes
 
 from exograv.console import view_motion
 from exograv.console.view_motion import PREDICTED, TRUE, motion_of
@@ -50,19 +49,10 @@ def test_memory_of_a_motion_grows_by_at_most_eight_bytes_per_tick(tmp_path: Path
     counts = (5_000, 20_000)
     for ticks in counts:
         write_long(tmp_path / f"{ticks}.mcap", ticks)
-    _peak_bytes(tmp_path / "20000.mcap")  # what the first use imports and keeps is not part of a motion
-    # Where shapes are checked, one pass in ten has a peak that is 0.8 MB lower: the largest of some passes is compared.
-    short, long = (max(_peak_bytes(tmp_path / f"{ticks}.mcap") for _ in range(4)) for ticks in counts)
+    motion_of(open_recording(tmp_path / "20000.mcap"))  # what the first use imports and keeps is not part of a motion
+    paths = [tmp_path / f"{ticks}.mcap" for ticks in counts]
+    short, long = (largest_peak_bytes(lambda path=path: motion_of(open_recording(path))) for path in paths)
     assert long - short < 8 * (counts[1] - counts[0])
-
-
-def _peak_bytes(path: Path) -> int:
-    gc.collect()
-    tracemalloc.start()
-    motion_of(open_recording(path))
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    return peak
 
 
 def test_a_motion_from_the_file_is_the_motion_from_memory(recording: Recording):

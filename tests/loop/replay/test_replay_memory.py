@@ -1,11 +1,10 @@
 """A replay reads the ticks in pieces, and keeps of each piece its figures only."""
 
-import gc
-import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.peaks import largest_peak_bytes
 
 from exograv.loop.replay.columns import ReplayedDecisions
 from exograv.loop.replay.difference import WHAT, Comparison
@@ -37,17 +36,12 @@ def compared(path: Path) -> tuple[Comparison, ReplaySeries]:
 
 def test_memory_of_a_comparison_grows_by_at_most_two_bytes_per_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(stored_messages, "IN_MEMORY_BYTES", 1000)
-    peaks = list[int]()
-    write_long(tmp_path / "short.mcap", SHORT)
-    compared(tmp_path / "short.mcap")  # what is made once
-    for ticks in (SHORT, LONG):
-        write_long(tmp_path / "long.mcap", ticks)
-        gc.collect()
-        tracemalloc.start()
-        compared(tmp_path / "long.mcap")
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    assert peaks[1] - peaks[0] < 2 * (LONG - SHORT)
+    paths = {ticks: tmp_path / f"{ticks}.mcap" for ticks in (SHORT, LONG)}
+    for ticks, path in paths.items():
+        write_long(path, ticks)
+    compared(paths[SHORT])  # what is made once
+    short, long = (largest_peak_bytes(lambda path=path: compared(path)) for path in paths.values())
+    assert long - short < 2 * (LONG - SHORT)
 
 
 def test_figures_of_pieces_are_those_of_the_whole_recording(tmp_path: Path):
