@@ -147,6 +147,11 @@ REFUSED = {
         "do not hold names of three accelera",
     ),
     "a recorded flight for a listener": (("aircraft", "--unit", "g"), "it acts only in `exograv data aircraft replay`"),
+    "a relay of no stream": (("aircraft", "relay"), "Name the stream of the acceleration with --stream"),
+    "a relay of four axes": (
+        ("aircraft", "relay", "--stream", "IMU", "--columns", "t", "x", "y", "z"),
+        "--columns names 4 channels; a stream needs three: X Y Z",
+    ),
     "an aircraft on no port": (("aircraft", "listen", "--port", "99999"), "--port is 99999; allowed: 1 to 65535"),
     "a table of payloads": (
         (*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"),

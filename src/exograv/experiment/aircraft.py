@@ -2,7 +2,8 @@
 
 import socket
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from ipaddress import IPv4Address
 from types import TracebackType
@@ -195,12 +196,27 @@ def send(sent: Iterable[tuple[float, bytes]], where: Destination) -> int:
         ConfigError: The address cannot be reached.
     """
     count, begun = 0, time.monotonic()
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+    with sender_to(where) as send_now:
         for arrives, datagram in sent:
             wait_s = begun + arrives / where.speed - time.monotonic()
             if wait_s > 0.0:
                 time.sleep(wait_s)
+            send_now(datagram)
+            count += 1
+    return count
+
+
+@contextmanager
+def sender_to(where: Destination) -> Iterator[Callable[[bytes], None]]:
+    """Open a socket, and give the function that sends one datagram.
+
+    Raises:
+        ConfigError: The address cannot be reached.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+
+        def send_now(datagram: bytes) -> None:
             try:
                 sender.sendto(datagram, (where.host, where.port))
             except OSError as error:
@@ -208,8 +224,8 @@ def send(sent: Iterable[tuple[float, bytes]], where: Destination) -> int:
                     f"Datagrams cannot be sent to {where.host}:{where.port}: {error.strerror}. Give another --host or "
                     "--port."
                 ) from error
-            count += 1
-    return count
+
+        yield send_now
 
 
 @dataclass(frozen=True)

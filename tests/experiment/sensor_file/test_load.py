@@ -164,7 +164,7 @@ def test_vibration_does_not_open_or_close_a_window_and_gaps_stay_gaps(tmp_path: 
 
 
 REFUSED = {
-    "no unit": ("time [s],ax,ay,az\n", "states no unit of acceleration. Give it with --unit: g, mg, m/s2"),
+    "no unit": ("time [s],ax,ay,az\n", "No unit of acceleration is stated. Give it with --unit: g, mg, m/s2"),
     "no unit of time": (
         "time,ax [g],ay [g],az [g]\n",
         "Column 'time' states no unit of time. Give it with --time-unit",

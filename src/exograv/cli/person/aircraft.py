@@ -11,13 +11,17 @@ from exograv.options import Acts, Seed
 if TYPE_CHECKING:
     from exograv.experiment.aircraft import Destination, HeardAircraft
     from exograv.experiment.sensor_file.load import LoadedFlight
+    from exograv.experiment.sensor_stream import Relayed
     from exograv.task.task_settings import AircraftSettings
 
 
 LISTENING = Acts(lambda all_: all_.what == "listen", "in `exograv data aircraft listen`")
 REPLAYING = Acts(lambda all_: all_.what == "replay", "in `exograv data aircraft replay`")
-SENDING = Acts(lambda all_: all_.what != "listen", "in `exograv data aircraft emulate` and `replay`")
-JUDGING = Acts(lambda all_: all_.what != "emulate", "in `exograv data aircraft listen` and `replay`")
+READING = Acts(lambda all_: all_.what in ("replay", "relay"), "in `exograv data aircraft replay` and `relay`")
+SENDING = Acts(lambda all_: all_.what != "listen", "in `exograv data aircraft emulate`, `replay` and `relay`")
+PACED = Acts(lambda all_: all_.what in ("emulate", "replay"), "in `exograv data aircraft emulate` and `replay`")
+JUDGING = Acts(lambda all_: all_.what != "emulate", "in `exograv data aircraft listen`, `replay` and `relay`")
+TIMED = Acts(lambda all_: all_.what in ("listen", "relay"), "in `exograv data aircraft listen` and `relay`")
 EMULATING = Acts(lambda all_: all_.what == "emulate", "in `exograv data aircraft emulate`")
 
 
@@ -25,8 +29,9 @@ EMULATING = Acts(lambda all_: all_.what == "emulate", "in `exograv data aircraft
 class Aircraft:
     """Options of `exograv data aircraft`."""
 
-    what: tyro.conf.Positional[Literal["listen", "emulate", "replay"]] = "listen"
-    """Listen to the data and show when windows open, or send an emulated flight, or one that a sensor recorded."""
+    what: tyro.conf.Positional[Literal["listen", "emulate", "replay", "relay"]] = "listen"
+    """Listen to the data and show when windows open, or send an emulated flight, one that a sensor recorded, or the
+    present acceleration of a sensor on Lab Streaming Layer."""
 
     protocol: Annotated[str, JUDGING] = "flight"
     """Protocol with the windows and limits: a name, or the path of a file."""
@@ -40,18 +45,19 @@ class Aircraft:
     sender: Annotated[str | None, LISTENING] = None
     """IPv4 address of the only sender that is accepted when listening."""
 
-    seconds: Annotated[float, LISTENING] = 86_400.0
-    """Time to listen [s]."""
+    seconds: Annotated[float, TIMED] = 86_400.0
+    """Time to listen or to relay [s]."""
 
     file: Annotated[Path | None, REPLAYING] = None
     """Recorded acceleration of a flight: a table as text (CSV), the aircraft's own lines, sentences of a VectorNav
     sensor, a stream of an XDF file, or a matrix of a MATLAB file."""
 
-    columns: Annotated[tuple[str, ...], REPLAYING, tyro.conf.arg(metavar="TIME X Y Z")] = ()
-    """Columns of the file, by name or by number from 1; without them the names of the columns decide."""
+    columns: Annotated[tuple[str, ...], READING, tyro.conf.arg(metavar="TIME X Y Z")] = ()
+    """Columns of the file, or channels X Y Z of the stream, by name or by number from 1; without them the names
+    decide."""
 
-    unit: Annotated[Literal["g", "mg", "m/s2"] | None, REPLAYING] = None
-    """Unit of the acceleration, if the file does not state it."""
+    unit: Annotated[Literal["g", "mg", "m/s2"] | None, READING] = None
+    """Unit of the acceleration, if the file or the stream does not state it."""
 
     time_unit: Annotated[Literal["s", "ms", "us", "ns"] | None, REPLAYING] = None
     """Unit of the time, if the file does not state it."""
@@ -59,8 +65,9 @@ class Aircraft:
     rate: Annotated[float | None, REPLAYING] = None
     """Rate of the sensor, if the file holds no times [Hz]."""
 
-    stream: Annotated[str | None, REPLAYING] = None
-    """Stream of an XDF file, or variable of a MATLAB file, with the acceleration."""
+    stream: Annotated[str | None, READING] = None
+    """Stream of an XDF file, or variable of a MATLAB file, with the acceleration; for `relay`, name or type of the
+    stream on Lab Streaming Layer."""
 
     parabolas: Annotated[int, EMULATING] = 31
     """Number of parabolas of the emulated flight."""
@@ -68,7 +75,7 @@ class Aircraft:
     level: Annotated[float, EMULATING] = 0.0
     """Gravity level of the emulated parabolas: 0 weightless, 0.165 Moon, 0.38 Mars."""
 
-    speed: Annotated[float, SENDING] = 1.0
+    speed: Annotated[float, PACED] = 1.0
     """Speed of the flight: 60 sends a minute in a second, which a receiver cannot use."""
 
     loss: Annotated[float, EMULATING] = 0.0
@@ -80,8 +87,8 @@ class Aircraft:
     seed: Annotated[Seed, EMULATING, tyro.conf.arg(help="Seed of losses and delays of the emulated datagrams.")] = 0
 
 
-def run_aircraft_command(command: Aircraft) -> "HeardAircraft | dict[str, int | None]":
-    """Listen to the data of an aircraft in parabolic flight, or send an emulated or recorded flight on the ground."""
+def run_aircraft_command(command: Aircraft) -> "HeardAircraft | Relayed | dict[str, int | None]":
+    """Listen to the data of an aircraft in parabolic flight, or send a flight: emulated, recorded, or of a sensor."""
     from exograv.errors import ConfigError
     from exograv.experiment.aircraft import AircraftReceiver, listen, replay
 
@@ -90,6 +97,8 @@ def run_aircraft_command(command: Aircraft) -> "HeardAircraft | dict[str, int | 
     if command.what == "listen":
         settings, level = _limits(command)
         return listen(AircraftReceiver(settings, level, command.port, command.sender), command.seconds, _say)
+    if command.what == "relay":
+        return _relayed(command)
     try:
         return (
             {"sent": replay(_recorded(command), _destination(command), _say)}
@@ -137,6 +146,29 @@ def _recorded(command: Aircraft) -> "LoadedFlight":
         raise ConfigError(f"--rate is {command.rate:g} Hz; allowed: above 0, at most 100000.")
     names = Names(command.columns, command.unit, command.time_unit, command.rate)
     return load_flight(SensorFile(command.file, names, command.stream), *_limits(command))
+
+
+def _relayed(command: Aircraft) -> "Relayed":
+    """Send the acceleration of a stream.
+
+    Raises:
+        ConfigError: No stream is given or found, an option about it is not valid, or LSL is not installed.
+    """
+    from exograv.errors import ConfigError
+    from exograv.experiment.sensor_file.table import Names
+    from exograv.runtime.lsl.library import require_lsl
+
+    require_lsl()
+    if not command.stream:
+        raise ConfigError("Name the stream of the acceleration with --stream; `exograv data streams` lists all.")
+    if len(command.columns) not in (0, 3):
+        raise ConfigError(f"--columns names {len(command.columns)} channels; a stream needs three: X Y Z.")
+    if not 0.0 < command.seconds <= 86_400.0:
+        raise ConfigError(f"--seconds is {command.seconds:g}; allowed: above 0, at most 86400 (one day).")
+    from exograv.experiment.sensor_stream import SensorStream, relay
+
+    stream = SensorStream(command.stream, Names(command.columns, command.unit))
+    return relay(stream, *_limits(command), _destination(command), command.seconds, _say)
 
 
 def _emulated(command: Aircraft) -> int:

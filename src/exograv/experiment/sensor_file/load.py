@@ -1,9 +1,7 @@
 """A file of a sensor, of a format that its content shows, as the data of an aircraft."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +13,7 @@ from exograv.task.task_settings import AircraftSettings
 
 from .sentences import MARK, read_sentences
 from .series import Series, checked, flown_samples
-from .table import Column, Names, acceleration_columns, column_of, factor_of, read_table, unit_of
-
-if TYPE_CHECKING:
-    from exograv.study.importers.xdf_stream import XdfStream
+from .table import Names, acceleration_columns, channel_columns, column_of, factor_of, read_table
 
 TEXT_BYTES_MAX = 1_000_000_000
 """Largest size of a text file [byte]: about four hours of a sensor with 1 kHz."""
@@ -126,19 +121,9 @@ def _of_xdf(file: SensorFile) -> Series:
         values = np.array(stream.values, dtype=float)
     except ValueError:
         raise RecordingError(f"Stream '{file.stream}' holds texts, not numbers. Correct --stream.") from None
-    axes = acceleration_columns(_channels(stream, values.shape[1]), file.names)
+    axes = acceleration_columns(channel_columns(stream.labels, stream.units, values.shape[1]), file.names)
     g = factor_of(axes, file.names.unit) * values[:, [column.place for column in axes]]
     return checked(stream.stamps, g)
-
-
-def _channels(stream: "XdfStream", count: int) -> Sequence[Column]:
-    """Return the channels of a stream. A device may state labels without units, or neither."""
-    labels = stream.labels if len(stream.labels) == count else tuple(f"channel {k + 1}" for k in range(count))
-    units = stream.units if len(stream.units) == count else ("",) * count
-    columns = [column_of(label, place) for place, label in enumerate(labels)]
-    return [
-        replace(column, unit=unit_of(unit)) if unit else column for column, unit in zip(columns, units, strict=True)
-    ]
 
 
 def _of_matlab(file: SensorFile) -> Series:

@@ -1,7 +1,7 @@
 """Recorded acceleration over time, its check, and the aircraft's samples that it gives."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -79,24 +79,37 @@ def checked(t: Float[np.ndarray, " sample"], g: Float[np.ndarray, "sample 3"], r
     return found
 
 
+class Parabolas:
+    """Aircraft's samples from the mean acceleration of each period of its feed.
+
+    The number of the parabola counts the windows that the protocol's limits open.
+    """
+
+    def __init__(self, settings: AircraftSettings, level: float):
+        self._watch, self._count = AircraftWatch(settings, level), 0
+
+    def sample(self, t: float, since_midnight_ms: int, g: Float[np.ndarray, "3"]) -> AircraftSample:
+        """Return the sample of the time `t` [s] with the mean acceleration `g` [g]."""
+        ms, mean = since_midnight_ms % DAY_MS, (float(g[0]), float(g[1]), float(g[2]))
+        # The sensor measures neither temperature nor humidity nor pressure; nothing reads these fields.
+        sample = AircraftSample(ms, clock_of(ms), mean, 0.0, 0.0, 0.0, self._count, UNKNOWN_TEXT)
+        self._watch, events = self._watch.with_sample(sample, t)
+        self._count += sum(isinstance(event, OpenWindow) for event in events)
+        return replace(sample, parabola=self._count)
+
+
 def flown_samples(series: Series, settings: AircraftSettings, level: float) -> Iterator[tuple[float, AircraftSample]]:
     """Yield the time after the first sample [s], and the aircraft's sample.
 
     Each sample is the mean of the sensor's values in a period of the aircraft's feed, so that vibration above its rate
-    does not open or close a window. The number of the parabola counts the windows that the protocol's limits open.
+    does not open or close a window.
     """
     period = 1.0 / RATE_HZ
     places = np.floor((series.t - series.t[0]) / period).astype(int)
     begins = np.flatnonzero(np.diff(places, prepend=-1))
     counts = np.diff(begins, append=len(places))
     means = np.add.reduceat(series.g, begins, axis=0) / counts[:, None]
-    watch, parabola = AircraftWatch(settings, level), 0
+    parabolas = Parabolas(settings, level)
     for place, mean in zip(places[begins], means, strict=True):
         t = float(place) * period
-        ms = round(1e3 * (float(series.t[0]) + t)) % DAY_MS
-        g = (float(mean[0]), float(mean[1]), float(mean[2]))
-        # The sensor measures neither temperature nor humidity nor pressure; nothing reads these fields.
-        sample = AircraftSample(ms, clock_of(ms), g, 0.0, 0.0, 0.0, parabola, UNKNOWN_TEXT)
-        watch, events = watch.with_sample(sample, t)
-        parabola += sum(isinstance(event, OpenWindow) for event in events)
-        yield t, AircraftSample(ms, sample.clock, g, 0.0, 0.0, 0.0, parabola, UNKNOWN_TEXT)
+        yield t, parabolas.sample(t, round(1e3 * (float(series.t[0]) + t)), mean)

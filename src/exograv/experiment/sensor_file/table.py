@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -145,7 +145,7 @@ def acceleration_columns(header: Sequence[Column], names: Names) -> list[Column]
     with_gravity = {stem: axes for stem, axes in groups.items() if not WITHOUT_GRAVITY.search(stem)}
     if len(with_gravity) != 1:
         kind = "three accelerations with gravity" if not with_gravity else "a single sensor"
-        raise RecordingError(f"The columns {listed} are not those of {kind}. Choose with --columns TIME X Y Z.")
+        raise RecordingError(f"The columns {listed} are not those of {kind}. Name them with --columns.")
     (axes,) = with_gravity.values()
     return [axes[axis] for axis in "xyz"]
 
@@ -194,7 +194,7 @@ def factor_of(axes: Sequence[Column], given: str | None) -> float:
     units = {column.unit for column in axes}
     unit = given or (units.pop() if len(units) == 1 else None)
     if unit not in G_PER_UNIT:
-        raise RecordingError(f"The file states no unit of acceleration. Give it with --unit: {', '.join(G_PER_UNIT)}.")
+        raise RecordingError(f"No unit of acceleration is stated. Give it with --unit: {', '.join(G_PER_UNIT)}.")
     return G_PER_UNIT[unit]
 
 
@@ -209,6 +209,16 @@ def column_of(cell: str, place: int) -> Column:
     unit = UNIT.search(cell)
     name = re.sub(r"[\s.\-]+", "_", UNIT.sub("", cell).strip().strip("\ufeff\"'").lower()).strip("_")
     return Column(place, cell, name, unit_of(unit[1]) if unit else None)
+
+
+def channel_columns(labels: Sequence[str], units: Sequence[str], count: int) -> list[Column]:
+    """Return the channels of a stream. A device may state labels without units, or neither."""
+    labels = labels if len(labels) == count else tuple(f"channel {k + 1}" for k in range(count))
+    units = units if len(units) == count else ("",) * count
+    columns = [column_of(label, place) for place, label in enumerate(labels)]
+    return [
+        replace(column, unit=unit_of(unit)) if unit else column for column, unit in zip(columns, units, strict=True)
+    ]
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
