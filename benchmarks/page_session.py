@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from exograv.laboratory.amplifier.amplifier_command import EEG, EMG
-from exograv.laboratory.amplifier.electrodes import TRIGGER, pulse_times
+from exograv.laboratory.amplifier.electrodes import ANALOG, edge_times
 from exograv.recording import Recording
 from exograv.rig.drives.simulated.address import free_port
 from lsl_offsets import NETWORK, other_clock
@@ -139,9 +139,9 @@ def pulse_errors_ms(recording: Recording) -> dict[str, list[float]]:
     touches = np.sort([one["t"] for one in recording.messages("/task") if one["kind"] == "touch"])
     found = dict[str, list[float]]()
     for stream in recording.streams:
-        if TRIGGER not in stream.labels or not len(touches):
+        if ANALOG not in stream.labels or not len(touches):
             continue
-        pulses = pulse_times(stream.t, stream.values[:, stream.labels.index(TRIGGER)])
+        pulses = edge_times(stream.t, stream.values[:, stream.labels.index(ANALOG)])
         nearest = np.abs(touches[:, None] - pulses[None, :]).argmin(axis=1) if len(pulses) else []
         errors = touches - pulses[nearest] if len(pulses) else np.empty(0)
         found[stream.kind] = (1e3 * errors[np.abs(errors) < NEAR_S]).tolist()

@@ -10,7 +10,7 @@ from exograv.errors import ConfigError
 from exograv.laboratory.options import AmplifierOptions
 from exograv.runtime.lsl.library import lsl
 
-from .electrodes import EEG_HZ, EMG_HZ, TRIGGER, EegElectrodes, EmgElectrodes
+from .electrodes import ANALOG, EEG_HZ, EMG_HZ, TRIGGER, EegElectrodes, EmgElectrodes
 from .pulse_line import BYTES_MAX, TO_AMPLIFIER, Effort, Pulse, true_time
 
 CHUNK_S = 0.02
@@ -23,6 +23,9 @@ BRACKET_S, BRACKETS_MAX = 20e-6, 100
 """Longest time between two readings of the true clock around one of LSL's [s], and number of attempts."""
 
 EEG, EMG = "exograv-eeg", "exograv-emg"
+
+OTHER_TYPES = {TRIGGER: "TRIG", ANALOG: "MISC"}
+"""Types of channels that are no electrodes, by label."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +46,9 @@ class _Stream:
         channels = info.desc().append_child("channels")
         for label in electrodes.labels:
             channel = channels.append_child("channel")
-            is_trigger = label == TRIGGER
             channel.append_child_value("label", label)
-            channel.append_child_value("unit", "none" if is_trigger else "microvolts")
-            channel.append_child_value("type", "TRIG" if is_trigger else kind)
+            channel.append_child_value("unit", "none" if label in OTHER_TYPES else "microvolts")
+            channel.append_child_value("type", OTHER_TYPES.get(label, kind))
         self.name, self._rate_Hz, self._electrodes, self._begun = name, rate_Hz, electrodes, begun
         self.count, self._outlet = 0, lsl().StreamOutlet(info)
 
