@@ -25,7 +25,7 @@ from exograv.experiment.train.preparation import lay_down
 from exograv.identification.active.active_wearer import ActiveWearer, TouchWindow
 from exograv.identification.active.muscle_torque import FREE_NM, MuscleTorque
 from exograv.identification.core.arm_model import ArmModel
-from exograv.identification.core.interface import Estimate, Sample
+from exograv.identification.core.interface import Estimate, Sample, TorqueModel
 from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.prior import prior
@@ -195,7 +195,7 @@ def rested(options: Options, seed: int) -> None:
         worn.twin.pass_time(REST_S)
 
 
-def information_of(model: ArmModel, samples: list[Sample], x: np.ndarray, noise: Noise) -> np.ndarray:
+def information_of(model: TorqueModel, samples: list[Sample], x: np.ndarray, noise: Noise) -> np.ndarray:
     """Fisher information about the parameters in the motion of a rest, per squared parameter.
 
     The noise of a sample is white beside the slow torque of the wearer, a first-order process per joint.
