@@ -6,6 +6,9 @@
     python benchmarks/hidden_machines.py fitted out/twin/a/recupera_like out/twin/a.json FIT.json   # a twin
     python benchmarks/hidden_machines.py judge out/truth/a.json FIT.json out/hidden/a_held_out.mcap
     python benchmarks/hidden_machines.py minutes out/hidden --names a --truth out/truth --minutes 1 3 10
+    python benchmarks/hidden_machines.py effort out/hidden/a_600s out/truth/a.json out/hidden/a.mcap   # DAM/GCM
+    python benchmarks/hidden_machines.py reactions out/hidden/a_600s out/truth/a.json out/hidden/a.mcap   # to faults
+    python benchmarks/hidden_machines.py further out/hidden --names a --truth out/truth --minutes 1   # designed motion
     python benchmarks/hidden_machines.py form                                          # the form of FIT.json
 
 A machine is a set of ordinary differential equations of its own (`hidden/engine.c`): nothing of `exograv.dynamics` or
@@ -21,11 +24,14 @@ from pathlib import Path
 import numpy as np
 
 from hidden.draw import Hidden, draw
+from hidden.effort import compare_effort
 from hidden.fitted import write_fitted
-from hidden.geometry import read_geometry
+from hidden.further import further, further_table
+from hidden.geometry import Geometry, read_geometry
 from hidden.judge import FORM, judge, judgement_text
 from hidden.parts import fit_part
-from hidden.plain_fit import write_nominal, write_plain
+from hidden.plain_fit import public_notes, write_nominal, write_plain
+from hidden.reactions import compare_reactions
 from hidden.session import RIG, Session
 
 ROOT = Path(__file__).parents[1]
@@ -78,6 +84,47 @@ def minutes(options: argparse.Namespace) -> None:
             print(f"| {name} | {part.seconds / 60.0:.1f} | {' | '.join(cells)} |", flush=True)
 
 
+def effort(options: argparse.Namespace) -> None:
+    """Print DAM/GCM of wearers in the hidden machine and in its fitted twin."""
+    compare_effort(options.machine, *_truth(options), options.wearers, options.draws)
+
+
+def reactions(options: argparse.Namespace) -> None:
+    """Print reactions to faults in the hidden machine and in its fitted twin."""
+    compare_reactions(options.machine, *_truth(options), options.wearer, options.draws, options.flights)
+
+
+def further_motion(options: argparse.Namespace) -> None:
+    """Fly the motion that a fit designs, and print predicted and reached intervals."""
+    geometry = read_geometry(ROOT / "robots" / RIG / "right.urdf")
+    for name in options.names:
+        hidden = Hidden.disclosed(options.truth / f"{name}.json")
+        rows = list(further(options.folder, name, 60.0 * options.minutes, hidden, geometry))
+        print(f"machine {name}\n{further_table(rows)}", flush=True)
+
+
+def _truth(options: argparse.Namespace) -> tuple[Hidden, Geometry, float]:
+    """Disclosed machine, its geometry, and the time at which its recording ended [s]: it runs on from there."""
+    geometry = read_geometry(ROOT / "robots" / RIG / "right.urdf")
+    return Hidden.disclosed(options.truth), geometry, float(public_notes(options.recording)[-1]["t"])
+
+
+def _add_flights(parts: argparse._SubParsersAction) -> None:
+    """Add the parts that fly a wearer."""
+    for run, name in ((effort, "effort"), (reactions, "reactions")):
+        one = parts.add_parser(name, help=run.__doc__)
+        one.add_argument("machine", type=Path, help="folder of the machine with twin.toml")
+        one.add_argument("truth", type=Path, help="file of --disclose")
+        one.add_argument("recording", type=Path, help="recording of the fit: the machine runs on from its end")
+        one.add_argument("--draws", type=int, default=2, help="draws from the posterior for each wearer")
+        one.set_defaults(run=run)
+        if run is effort:
+            one.add_argument("--wearers", type=int, default=5)
+        else:
+            one.add_argument("--wearer", type=int, default=0, help="seed of the wearer")
+            one.add_argument("--flights", type=int, default=6, help="flights of each fault")
+
+
 def main() -> None:
     """Run one part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -109,6 +156,13 @@ def main() -> None:
     one.add_argument("--truth", type=Path, required=True, help="folder of --disclose")
     one.add_argument("--minutes", type=float, nargs="+", default=[1.0, 3.0, 10.0])
     one.set_defaults(run=minutes)
+    one = parts.add_parser("further", help=further_motion.__doc__)
+    one.add_argument("folder", type=Path, help="folder of the recordings of `record`")
+    one.add_argument("--names", nargs="+", default=["machine"])
+    one.add_argument("--truth", type=Path, required=True, help="folder of --disclose")
+    one.add_argument("--minutes", type=float, default=1.0, help="part of the recording before the further motion")
+    one.set_defaults(run=further_motion)
+    _add_flights(parts)
     one = parts.add_parser("form", help="Print the form of a fit.")
     one.set_defaults(run=lambda _options: print(FORM))
     options = parser.parse_args()

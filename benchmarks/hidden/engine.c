@@ -35,7 +35,7 @@ struct machine {
 };
 
 struct run {
-    double t, x[STATES], winding[N];
+    double t, x[STATES], outside[N], winding[N]; /* outside: torque on the links from outside the machine */
     double given[COMMANDS][N], damping[COMMANDS][N], valid_until[COMMANDS], count; /* command k came at k periods */
     double past[PAST][3 * N], pasts; /* q, theta and current after each step */
 };
@@ -229,8 +229,8 @@ static double stop_torque(const struct machine *m, int j, double q, double v)
 
 /* Derivative of the state for a current command [A] and a damping of the drives. */
 void derivative(
-    const struct machine *m, const double *winding, double t, const double *x, const double *command,
-    const double *damping, double *dx)
+    const struct machine *m, const double *winding, const double *outside, double t, const double *x,
+    const double *command, const double *damping, double *dx)
 {
     double M[N][N], tau[N];
     links(m, x + Q * N, x + V * N, M, tau);
@@ -240,7 +240,7 @@ void derivative(
         const double rubs = friction(m, j, x, load, t, dx + BRISTLES * N + j);
         const double gain = m->gain[j] * (1.0 - m->gain_fall[j] * (winding[j] < 1.0 ? winding[j] : 1.0));
         const double i = x[CURRENT * N + j], rate = x[CURRENT_RATE * N + j], w = m->current_rad_s[j];
-        tau[j] = load + stop_torque(m, j, x[Q * N + j], x[V * N + j]) - tau[j];
+        tau[j] = load + stop_torque(m, j, x[Q * N + j], x[V * N + j]) + outside[j] - tau[j];
         dx[Q * N + j] = x[V * N + j];
         dx[THETA * N + j] = omega;
         dx[OMEGA * N + j] = (gain * i - rubs - load) / m->rotor[j];
@@ -258,7 +258,7 @@ static void step(const struct machine *m, struct run *r, double h, const double 
     for (int stage = 0; stage < 4; stage++) {
         for (int i = 0; i < STATES; i++)
             x[i] = r->x[i] + share[stage] * h * k[i];
-        derivative(m, r->winding, r->t + share[stage] * h, x, command, damping, k);
+        derivative(m, r->winding, r->outside, r->t + share[stage] * h, x, command, damping, k);
         for (int i = 0; i < STATES; i++)
             sum[i] += weight[stage] * k[i];
     }

@@ -59,6 +59,7 @@ class _Run(ctypes.Structure):
     _fields_ = [
         ("t", ctypes.c_double),
         ("x", ctypes.c_double * STATES),
+        ("outside", ctypes.c_double * JOINTS),
         ("winding", ctypes.c_double * JOINTS),
         ("given", ctypes.c_double * (COMMANDS * JOINTS)),
         ("damping", ctypes.c_double * (COMMANDS * JOINTS)),
@@ -100,10 +101,35 @@ class Engine:
             self.change(name, value)
         self.x = np.ctypeslib.as_array(self._run.x)
         """State, in the order of `engine.c`."""
+        self.outside = np.ctypeslib.as_array(self._run.outside)
+        """Torque on the links from outside the machine (joint,) [N·m]."""
         self.x[Q] = self.x[THETA] = q
         self._machine_at, self._run_at = ctypes.byref(self._machine), ctypes.byref(self._run)
+        self._fill_past()
+
+    def hold(self, q: Joints, tau: Joints) -> None:
+        """Stand still at `q` [rad], for long, with motors that give `tau` [N·m]; friction carries nothing."""
+        machine, run = self._machine, self._run
+        stiffness, gain = (np.ctypeslib.as_array(getattr(machine, name)) for name in ("stiffness", "gain"))
+        self.x[:] = 0.0
+        self.x[Q], self.x[THETA], self.x[CURRENT] = q, q + tau / stiffness, tau / gain
+        np.ctypeslib.as_array(run.given).reshape(COMMANDS, JOINTS)[:] = tau / gain
+        np.ctypeslib.as_array(run.valid_until)[:] = np.inf
+        run.count = float(COMMANDS)
+        self._fill_past()
+
+    def scale_current(self, joint: int, factor: float) -> None:
+        """Multiply the current of a motor by `factor`, also in the commands and measurements under way."""
+        run = self._run
+        for part in (CURRENT, CURRENT_RATE):
+            self.x[part][joint] *= factor
+        np.ctypeslib.as_array(run.given).reshape(COMMANDS, JOINTS)[:, joint] *= factor
+        np.ctypeslib.as_array(run.past).reshape(PAST, 3, JOINTS)[:, 2, joint] *= factor
+
+    def _fill_past(self) -> None:
+        """Measure as if the machine had stood still for long."""
         past = np.ctypeslib.as_array(self._run.past).reshape(PAST, 3, JOINTS)
-        past[:, :2] = q
+        past[:] = [self.x[part] for part in (Q, THETA, CURRENT)]
         self._run.pasts = float(PAST)
 
     def change(self, name: str, value: Float[np.ndarray, "..."] | float) -> None:

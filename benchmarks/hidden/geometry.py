@@ -1,7 +1,8 @@
 """Joints and links of a machine, read from its URDF without exograv."""
 
 import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,39 @@ def read_geometry(path: Path) -> Geometry:
         inertia,
         mounts,
     )
+
+
+def lengthened(geometry: Geometry, joint: str, axis: str, length_m: float) -> Geometry:
+    """Return the machine with a joint at this distance from the one before it, along an axis of the link between."""
+    origin, place = geometry.origin.copy(), (geometry.joints.index(joint), "xyz".index(axis))
+    origin[place] = np.copysign(length_m, origin[place])
+    return replace(geometry, origin=origin)
+
+
+def with_links(urdf: str, links: Mapping[str, Float[np.ndarray, " 10"]]) -> str:
+    """Return a URDF in which the link behind each joint has all mass; order of the parameters as in exograv."""
+    root = ElementTree.fromstring(urdf)
+    moved = {_link(joint, "child"): joint.attrib["name"] for joint in root.iter("joint")}
+    for link in root.iter("link"):
+        for old in link.findall("inertial"):
+            link.remove(old)
+        phi = links.get(moved.get(link.attrib["name"], ""))
+        if phi is None:
+            continue
+        mass, com = float(phi[0]), phi[1:4] / phi[0]
+        xx, xy, yy, xz, yz, zz = (phi[4:] - mass * _apart(com)).tolist()
+        made = ElementTree.SubElement(link, "inertial")
+        ElementTree.SubElement(made, "origin", xyz=" ".join(map(repr, com.tolist())), rpy="0 0 0")
+        ElementTree.SubElement(made, "mass", value=repr(mass))
+        moments = {"ixx": xx, "ixy": xy, "ixz": xz, "iyy": yy, "iyz": yz, "izz": zz}
+        ElementTree.SubElement(made, "inertia", {name: repr(value) for name, value in moments.items()})
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _apart(com: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 6"]:
+    """Moments about the origin of a unit mass at `com` [m²]."""
+    square = com @ com * np.eye(3) - np.outer(com, com)
+    return square[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
 
 
 def _child(element: ElementTree.Element, name: str) -> ElementTree.Element:

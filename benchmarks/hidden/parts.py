@@ -70,5 +70,6 @@ def shortened(motions: tuple[MeasuredMotion, ...], starts: list[float], share: f
             length = max(share * (last - first), PIECE_LEAST_S)
             rows = (motion.t >= first) & (motion.t < min(first + length, last))
             columns = (motion.t, motion.q, motion.current, motion.current_asked, motion.hung)
-            pieces.append(MeasuredMotion(motion.name, *(column[rows] for column in columns)))
+            q_motor = None if motion.q_motor is None else motion.q_motor[rows]
+            pieces.append(MeasuredMotion(motion.name, *(column[rows] for column in columns), q_motor=q_motor))
     return tuple(pieces)

@@ -15,10 +15,12 @@ from exograv.loop.pilot import Pilot
 from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
+from exograv.model.rig_settings import Excitation
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold, joined
 from exograv.procedures.calibration.breakaway_test import BreakawayTester, starting_posture
 from exograv.procedures.calibration.calibrate import CREEP, FAST, SLOW, TRAVEL, to_and_fro
+from exograv.procedures.calibration.empty_motion import empty_motion
 from exograv.procedures.calibration.empty_run import EmptyRun
 from exograv.recording import RecordingWriter, read_recording
 from exograv.safety.envelope import Envelope
@@ -120,20 +122,46 @@ class Beside:
 class Session:
     """Motions of one hidden machine, in one recording after the other on one clock."""
 
-    def __init__(self, geometry: Geometry, drawn: Callable[[Joints], Hidden]):
-        """Hang the machine that `drawn` returns for the gains of the data sheet [N·m/A], and switch it on."""
+    def __init__(self, geometry: Geometry, drawn: Callable[[Joints], Hidden], ran_s: float = 0.0):
+        """Hang the machine that `drawn` returns for the gains of the data sheet [N·m/A], and switch it on.
+
+        The machine has run for `ran_s` [s] before.
+        """
         self.description: RigDescription = load_rig(RIG, "right")
         nominal = {each.segment: each.nominal_m for each in self.description.settings.adjustments}
         self.tree: Tree = adjusted(read_exoskeleton(self.description), self.description, nominal)
         self.hidden = drawn(self.description.nominal_gain)
         """Machine with its true values."""
-        self.rig = HiddenRig(geometry, self.hidden, starting_posture(self.tree))
+        self.rig = HiddenRig(geometry, self.hidden, starting_posture(self.tree), ran_s)
 
     def record(self, path: Path, rng: np.random.Generator, held_out_s: float | None = None, plans: int = 1) -> Notes:
         """Write the recording of the plan, or of held-out motion of this duration [s], with notes and a CSV table.
 
         The plan is flown `plans` times.
         """
+
+        def fly(part: _Part) -> None:
+            if held_out_s is None:
+                for number in range(plans):
+                    if number:
+                        part.go_home()
+                    part.plan()
+            else:
+                part.sines("held_out", HELD_OUT_WIDE * held_out_s, WIDE)
+                part.sines("held_out_fast", (1.0 - HELD_OUT_WIDE) * held_out_s, FAST_SINES)
+
+        return self._recorded(path, rng, fly)
+
+    def record_motion(self, path: Path, motion: Excitation) -> Notes:
+        """Write the recording of one period of a motion, with notes and a CSV table."""
+        dt = self.rig.period_s
+
+        def fly(part: _Part) -> None:
+            part.run.follow(empty_motion(motion, part.run.pilot.q.copy(), dt), "further")
+
+        return self._recorded(path, np.random.default_rng(0), fly)
+
+    def _recorded(self, path: Path, rng: np.random.Generator, fly: Callable[["_Part"], None]) -> Notes:
         notes = Notes()
         settings = {
             "rig": self.description.name,
@@ -147,16 +175,8 @@ class Session:
             envelope = Envelope(limits(self.description), self.rig.period_s)
             pilot = Pilot(self.rig, ActuatorGain(nominal, GAIN_SD * nominal), envelope, recording)
             bench = NotedBench(self.rig, notes, recording, self.description.calibration.weights_kg[-1])
-            run = EmptyRun(self.description, self.tree, pilot, bench)
-            part = _Part(run, notes, rng)
-            if held_out_s is None:
-                for number in range(plans):
-                    if number:
-                        part.go_home()
-                    part.plan()
-            else:
-                part.sines("held_out", HELD_OUT_WIDE * held_out_s, WIDE)
-                part.sines("held_out_fast", (1.0 - HELD_OUT_WIDE) * held_out_s, FAST_SINES)
+            part = _Part(EmptyRun(self.description, self.tree, pilot, bench), notes, rng)
+            fly(part)
             part.go_home()
             recording.write("/result", self.rig.t, {"rig": self.description.name, "simulated_s": round(self.rig.t, 3)})
         path.with_suffix(".json").write_text(json.dumps(self._public(notes), indent=1), encoding="utf-8")

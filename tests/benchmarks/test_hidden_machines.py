@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -10,14 +11,26 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from exograv.campaigns.faults.scenario import Scenario, ScenarioVerdict
+from exograv.campaigns.faults.scenario_log import ScenarioLog
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, laboratory_at
+from exograv.model.description import load_rig
+from exograv.model.rig_settings import Excitation
+from exograv.model.tree import inertial_parameters
 from exograv.recording import read_recording
 from exograv.rig import Rig, may_be_worn
+from exograv.rig.twin import Disturbances
+from exograv.safety.stops import StopReason
+from exograv.signals import Command
 from hidden.draw import Hidden, draw
 from hidden.engine import JOINTS, OMEGA, THETA, Engine, Q, V
-from hidden.geometry import Geometry, read_geometry
+from hidden.further import Reached, further_table
+from hidden.geometry import Geometry, read_geometry, with_links
 from hidden.judge import held_out_errors, judge, judgement_text
 from hidden.plain_fit import Motion, drive_fit, drive_response, link_columns
+from hidden.reactions import row
 from hidden.session import Session
+from hidden.worn import HiddenLaboratory
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: `engine.c` is compiled")
 
@@ -318,3 +331,86 @@ def test_columns_of_the_links_add_up_to_their_torque(machine: Machine, geometry:
     columns = link_columns(geometry, Motion(np.zeros(5), q, v, a, a))
     torque = Engine(hidden.values, NOTHING).torques(q, v, a)
     np.testing.assert_allclose(columns @ np.array(parameters), torque, atol=1e-9)
+
+
+WORN_DEG = (30.0, 20.0, 10.0, 70.0)
+WORN_AGREE_RAD = 2e-3
+"""Largest difference of the two engines after a push of 0.2 s that turns a joint by 0.3 rad: their steps differ."""
+
+
+@pytest.fixture
+def worn(machine: Machine, geometry: Geometry) -> tuple[VirtualLaboratory, HiddenLaboratory]:
+    """Twin and hidden machine of the same links, rotors and gains, without friction, with the same wearer."""
+    description = load_rig("recupera_like", "right")
+    still = dict.fromkeys((*FRICTION, "gain_fall", "current_ratio", "command_delay", "sensor_delay"), 0.0)
+    hidden = machine(5, **still | {"bristle": 1e-3, "gear_damping": 20.0, "current_rad_s": 2e3})
+    drawn = laboratory_at(description, Disturbances.at_level(0).without("coulomb", "viscous"), 3, 3)
+    own = HiddenLaboratory.of(drawn, hidden, geometry, 0.0)
+    bandwidth = hidden.values["current_rad_s"] / (2.0 * np.pi)
+    twin = replace(own.machine, drives=replace(own.machine.drives, bandwidth=bandwidth))
+    return replace(drawn, machine=twin), own
+
+
+def test_worn_hidden_machine_moves_as_the_twin_of_the_same_values(worn: tuple[VirtualLaboratory, HiddenLaboratory]):
+    twins = [laboratory.twin(1, 0.0, np.deg2rad(WORN_DEG)) for laboratory in worn]
+    own, hidden = twins
+    gain, held = own.truth.machine.drives.gain, own.truth.tau_motor
+    start = own.truth.q.copy()
+    for tick in range(400):
+        tau = held + (np.array([4.0, 2.0, -2.0, 3.0]) if 100 <= tick < 300 else 0.0)
+        for twin in twins:
+            twin.write(Command(twin.t, tick, twin.t + 0.01, tau, tau / gain))
+        if tick == 99:
+            np.testing.assert_allclose(hidden.truth.q, start, atol=1e-4)
+    assert np.abs(own.truth.q - start).max() > 0.2
+    np.testing.assert_allclose(hidden.truth.q, own.truth.q, atol=WORN_AGREE_RAD)
+    np.testing.assert_allclose(hidden.truth.q_arm, own.truth.q_arm, atol=WORN_AGREE_RAD)
+
+
+def test_links_in_the_urdf_are_those_that_were_written(geometry: Geometry, machine: Machine, tmp_path: Path):
+    values = machine(4).values
+    links = {
+        name: inertial_parameters(float(values["mass"][k]), values["com"][k], values["inertia"][k])
+        for k, name in enumerate(geometry.joints)
+    }
+    path = tmp_path / "right.urdf"
+    urdf = ROOT / "robots" / "recupera_like" / "right.urdf"
+    path.write_text(with_links(urdf.read_text(encoding="utf-8"), links), encoding="utf-8")
+    written = read_geometry(path)
+    for name in ("mass", "com", "inertia"):
+        np.testing.assert_allclose(getattr(written, name), values[name], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(written.origin, geometry.origin)
+
+
+def verdict(time_ms: float | None, hand_m_s: float) -> ScenarioVerdict:
+    stopped = None if time_ms is None else 500 + round(time_ms)
+    reason = None if time_ms is None else StopReason.TORQUE_WRONG
+    log = ScenarioLog(ticks=1800, stopped_tick=stopped, reason=reason, extra_way_deg=2.0, flight_hand_m_s=hand_m_s)
+    return ScenarioVerdict(Scenario(0, 1, ("F09",)), log, False, {"F09": time_ms}, (), 0.5, True)
+
+
+def test_reactions_stand_beside_each_other():
+    true, draw = [verdict(4.0, 0.2), verdict(8.0, 0.4)], [verdict(6.0, 0.3), verdict(None, 0.5)]
+    assert row("F09", true, [draw]) == [
+        "2/2", "1/2", "1/2", "6 (8)", "6 (6)", "2.0 (2.0)", "2.0 (2.0)", "0.30 (0.40)", "0.40 (0.50)",
+    ]  # fmt: skip
+
+
+def test_table_of_a_further_motion_has_the_median_ratios_of_each_parameter():
+    rows = [
+        Reached("elbow", "rotor", 0.01, 0.5, 0.6, (1.0, -0.5)),
+        Reached("elbow", "coulomb", 0.1, 0.9, 0.8, None),
+        Reached("shoulder", "rotor", 0.01, 0.7, 0.8, (1.0, -0.5)),
+    ]
+    assert "rotor: median ratio predicted 0.60, reached 0.70" in further_table(rows)
+
+
+@pytest.mark.long
+def test_motion_of_a_design_is_recorded_after_the_machine_has_run(session: Session, tmp_path: Path):
+    path = tmp_path / "further.mcap"
+    still = [[0.0] * JOINTS]
+    motion = Excitation(period_s=2.0, centre_deg=[20.0, 15.0, 0.0, 60.0], sine_deg=[[5.0] * JOINTS], cosine_deg=still)
+    session.record_motion(path, motion)
+    ticks = read_recording(path).ticks
+    assert ticks["t"][-1] > 2.0
+    assert np.ptp(np.rad2deg(ticks["q_measured"]), axis=0).min() > 5.0

@@ -83,7 +83,19 @@ def _effort(
     laboratory = trial.laboratory(*UNREST, *(FRICTION if condition == "dam_ideal_no_friction" else ()))
     if condition.startswith("dam_ideal"):
         known = ideal_knowledge(laboratory, known.t)
-    worn = Preparation(laboratory, trial.seed).worn(known)
+    return worn_effort(Preparation(laboratory, trial.seed), condition, known, movement, note)
+
+
+def worn_effort(
+    preparation: Preparation, condition: str, known: ControllerKnowledge, movement: WantedMovement, note: Note
+) -> Effort:
+    """Measure the movement in a machine, in a condition other than `zero_g`; control uses this knowledge.
+
+    Raises:
+        ExogravError: The wearer or the run was refused or stopped.
+    """
+    laboratory = preparation.laboratory
+    worn = preparation.worn(known)
     used_to = WearerExperience(laboratory.own_arm(), laboratory.worn_inertia())
     performer = Performer(worn.pilot, worn.twin, used_to, movement, note)
     carrying, dt = worn.controller, worn.twin.period_s

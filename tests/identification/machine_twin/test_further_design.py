@@ -1,16 +1,25 @@
 """The designed motion stays within the limits of the machine, and tells of the least known parameters."""
 
 from dataclasses import dataclass
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from tests.identification.conftest import Exo
 
-from exograv.identification.calibration.empty_fit import EmptyMachine, Fit, ResidualNoise
+from exograv.identification.calibration.empty_fit import EmptyMachine, Fit, ResidualNoise, Sweeps
 from exograv.identification.excitation.limits import A_MAX, V_MAX
 from exograv.identification.machine_twin.friction_laws import TWIN_PER_JOINT
-from exograv.identification.machine_twin.further_design import EmptyLimits, MotionDesign, design_further_motion
+from exograv.identification.machine_twin.further_design import (
+    EmptyLimits,
+    MotionDesign,
+    design_further_motion,
+    expected_ratio,
+)
+from exograv.identification.machine_twin.machine_fit import MachineFit
+from exograv.identification.machine_twin.model_discrepancy import DiscrepancySize
 
+NOISE_NM = 0.1
 NAMES = ("inverse_gain", "coulomb", "viscous", "rotor")
 
 
@@ -18,6 +27,7 @@ NAMES = ("inverse_gain", "coulomb", "viscous", "rotor")
 class Designed:
     """Motion for a machine of which nothing but the data sheet is known."""
 
+    model: EmptyMachine
     limits: EmptyLimits
     fit: Fit
     places: np.ndarray
@@ -31,7 +41,7 @@ def designed(exo: Exo) -> Designed:
     fit = Fit(model.prior, model.prior.mean, model.prior.covariance, noise, noise)
     limits = EmptyLimits.of(exo.description, exo.tree)
     places = np.concatenate([np.arange(4) + model.prior.layout.of(name).start for name in NAMES])
-    return Designed(limits, fit, places, design_further_motion(model, fit, limits, places))
+    return Designed(model, limits, fit, places, design_further_motion(model, fit, limits, places))
 
 
 def test_the_motion_keeps_the_limits_of_posture_speed_and_acceleration(designed: Designed):
@@ -49,3 +59,33 @@ def test_the_motion_tells_of_every_parameter_that_counts(designed: Designed):
 
 def test_no_motion_makes_a_parameter_less_certain(designed: Designed):
     assert (designed.design.sd_after <= designed.design.sd_before * (1.0 + 1e-9)).all()
+
+
+def found_with(designed: Designed, size: float) -> MachineFit:
+    """Fit to a sweep of 40 s, with this error of the model, additive [N·m]."""
+    model, draw, t = designed.model, np.random.default_rng(1), 0.04 * np.arange(1000)
+    q = 0.8 * np.sin(np.outer(t, [0.5, 0.7, 0.6, 0.8])) + 0.4
+    v = np.gradient(q, t, axis=0)
+    hung = np.zeros((len(t), len(model.description.mounts) * model.prior.layout.weights))
+    rows = (hung, np.zeros(len(t), dtype=bool))
+    still = Sweeps(t, q, v, np.gradient(v, t, axis=0), np.zeros_like(q), *rows)
+    tau = -model.residual(still, model.prior.mean, float(t[-1])) + NOISE_NM * draw.standard_normal(q.shape)
+    sweeps = Sweeps(t, q, v, still.a, tau / model.description.nominal_gain, *rows)
+    fit = model.fit(sweeps, model.prior)
+    return Mock(
+        spec=MachineFit,
+        model=model,
+        fit=fit,
+        noise_covariance=fit.covariance,
+        discrepancy=DiscrepancySize(np.full(4, size), np.zeros(4)),
+        sweeps=sweeps,
+    )
+
+
+def test_errors_of_the_model_that_repeat_make_the_motion_tell_less(designed: Designed):
+    none, some = (
+        expected_ratio(found_with(designed, size), designed.limits, designed.design)[designed.places]
+        for size in (0.0, 3.0 * NOISE_NM)
+    )
+    assert (none <= 1.0 + 1e-9).all()
+    assert np.median(some) > np.median(none)

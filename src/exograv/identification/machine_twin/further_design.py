@@ -2,11 +2,12 @@
 
 The criterion is the mean variance of the parameters after the motion, in variances of their prior: a parameter that the
 recordings do not tell counts most. The information of a motion is that of the fit: the same model, noise and
-correlation time of the residuals.
+correlation time of the residuals, and samples left out after reversals. What the motion is expected to tell includes
+the discrepancy of the model: it is in further samples, too, and their number does not reduce it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,7 +18,9 @@ from exograv.identification.excitation.limits import A_MAX, MARGIN_DEG, OFF_STOP
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
-from .measured_motion import V_CLEAR_TWIN
+from .machine_fit import MachineFit
+from .measured_motion import V_CLEAR_TWIN, slides
+from .model_discrepancy import Considered
 
 PERIOD_S, HARMONICS = 30.0, 12
 """Period [s] and harmonics of a motion: it holds slow and fast parts."""
@@ -42,7 +45,7 @@ class MotionDesign:
     coefficients: Coefficients
     sd_before: Float[np.ndarray, " unknown"]
     sd_after: Float[np.ndarray, " unknown"]
-    """Standard deviations that one period of the motion leaves."""
+    """Standard deviations that one period of the motion leaves, if residuals are noise."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,31 @@ def design_further_motion(
     return MotionDesign(basis, best, np.sqrt(np.diag(before)), np.sqrt(np.diag(after)))
 
 
+def expected_ratio(found: MachineFit, limits: EmptyLimits, design: MotionDesign) -> Float[np.ndarray, " unknown"]:
+    """Predict standard deviations after one period of a motion over those before, with the model's discrepancy [-].
+
+    The ratio is at most 1. Beyond it, the discrepancy in the motion harms the fit more than the motion helps.
+    """
+    before = replace(found.fit, covariance=found.noise_covariance)
+    criterion = _Criterion(found.model, before, limits, design.basis, np.arange(0))
+    after = replace(before, covariance=criterion.covariance(design.coefficients))
+    flown = _joined(found.sweeps, criterion.samples(design.coefficients))
+    sd_before, sd_after = (
+        np.sqrt(np.diag(Considered(found.model, sweeps).covariance(fit, found.discrepancy)))
+        for sweeps, fit in ((found.sweeps, before), (flown, after))
+    )
+    return np.minimum(sd_after / sd_before, 1.0)
+
+
+def _joined(first: Sweeps, second: Sweeps) -> Sweeps:
+    """Return the samples of two motions, the second after the first."""
+    t = np.concatenate([first.t, first.t[-1] + SAMPLE_PERIOD_S + second.t])
+    names = ("q", "v", "a", "current", "hung", "start")
+    rows = (np.concatenate([getattr(first, name), getattr(second, name)]) for name in names)
+    far = [np.ones(one.q.shape, dtype=bool) if one.slides is None else one.slides for one in (first, second)]
+    return Sweeps(t, *rows, v_clear=V_CLEAR_TWIN, slides=np.concatenate(far))
+
+
 class _Criterion:
     """Mean variance of the parameters after a motion, over that of their prior."""
 
@@ -153,16 +181,20 @@ class _Criterion:
         k = self._parameters
         return float(np.mean(np.diag(covariance)[k] / np.diag(self._fit.prior.covariance)[k]))
 
-    def covariance(self, coefficients: Coefficients) -> Float[np.ndarray, "unknown unknown"]:
-        """Covariance of all unknowns after one period of the motion."""
+    def samples(self, coefficients: Coefficients) -> Sweeps:
+        """Return samples of one period of the motion, with the current that the fitted machine needs."""
         q, v, a = (table @ coefficients for table in self._tables)
         for name, values in (("q", q), ("v", v), ("a", a)):
             self._samples.inputs[name][...] = values.T
         self._samples()
-        none = np.zeros((len(q), 0))
+        current = self._samples.outputs["tau"].T / self._model.description.nominal_gain
+        none = np.zeros((len(q), self._samples.inputs["hung"].shape[0]))
         still = np.zeros(len(q), dtype=bool)
-        clear = Sweeps(self._t, q, v, a, q, none, still, v_clear=V_CLEAR_TWIN).clear
-        information = self._known.copy()
+        return Sweeps(self._t, q, v, a, current, none, still, v_clear=V_CLEAR_TWIN, slides=slides(q))
+
+    def covariance(self, coefficients: Coefficients) -> Float[np.ndarray, "unknown unknown"]:
+        """Covariance of all unknowns after one period of the motion."""
+        clear, information = self.samples(coefficients).clear, self._known.copy()
         for of_joint, counts, weight in zip(self._samples.outputs["derivative"], clear.T, self._weight, strict=True):
             weighted = weight * of_joint[:, counts]
             information += weighted @ weighted.T

@@ -20,7 +20,7 @@ from .drawing_errors import likely_link_errors, with_link_errors
 from .drive_response import DriveResponse, drive_response, encoder_step
 from .friction_curve import FrictionCurve, friction_curve
 from .friction_laws import LAWS, TWIN_PER_JOINT, LawChoice, chosen_laws, of_laws
-from .gear_elasticity import GearElasticity, gear_elasticity
+from .gear_elasticity import GearElasticity, gear_elasticity, with_wind_up
 from .measured_motion import (
     BLOCK_S,
     CHOICE_FOLD,
@@ -112,6 +112,9 @@ class MachineFit:
     fastest: Joints
     """Largest speed of each joint [rad/s]."""
 
+    sweeps: Sweeps
+    """Samples of all recordings."""
+
     @property
     def laws(self) -> tuple[str, ...]:
         """Law of friction of each joint."""
@@ -147,19 +150,21 @@ def fit_machine(
     fit = _fitted(model, samples.sweeps, prior)
     links = prior.layout.links
     bodies = tuple(slice(start, start + 10) for start in range(links.start, links.stop, 10))
-    theta = PhysicalProjection(bodies, prior.mean)(fit.theta, fit.covariance)
     of_noise, held = fit.covariance, samples.only(samples.fold == VALIDATION_FOLD)
     considered, seen = Considered(model, samples.sweeps), samples.fold != VALIDATION_FOLD
     t_seen = float(samples.sweeps.t[seen][-1])
     size = considered.size(before, seen, _sample_noise(motions, noise_A * description.nominal_gain), t_seen)
-    fit = replace(fit, theta=theta, covariance=considered.covariance(fit, size))
+    fit = with_wind_up(model, replace(fit, covariance=considered.covariance(fit, size)), samples)
+    theta = PhysicalProjection(bodies, prior.mean)(fit.theta, fit.covariance)
+    fit = replace(fit, theta=theta)
     gears = gear_elasticity(model, fit, samples)
     step = np.array([encoder_step(np.concatenate([m.q[:, joint] for m in motions])) for joint in range(len(choices))])
     fastest = np.abs(samples.sweeps.v).max(axis=0)
     curve = friction_curve(model, fit, held, float(samples.sweeps.t[-1]))
     return MachineFit(
-        fit, of_noise, size, model, choices, curve, response, gears, step, noise_A, validation, moved_s, fastest
-    )
+        fit, of_noise, size, model, choices, curve, response, gears, step, noise_A, validation, moved_s, fastest,
+        samples.sweeps,
+    )  # fmt: skip
 
 
 def _fitted(model: EmptyMachine, sweeps: Sweeps, prior: EmptyPrior) -> Fit:

@@ -10,7 +10,7 @@ from exograv.errors import ConfigError
 from exograv.files import replace_file
 from exograv.identification.excitation.basis import excitation_block, excitation_text
 from exograv.identification.machine_twin.friction_laws import LAWS
-from exograv.identification.machine_twin.further_design import EmptyLimits, design_further_motion
+from exograv.identification.machine_twin.further_design import EmptyLimits, design_further_motion, expected_ratio
 from exograv.identification.machine_twin.machine_fit import MachineFit
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
@@ -98,7 +98,8 @@ def write_further_motion(
         ConfigError: The file cannot be written.
     """
     places = np.array([found.fit.prior.layout.of(name).start + j for j, name in shown])
-    design = design_further_motion(found.model, found.fit, EmptyLimits.of(description, tree), places)
+    limits = EmptyLimits.of(description, tree)
+    design = design_further_motion(found.model, found.fit, limits, places)
     block = excitation_block(design.basis, design.coefficients)
     head = (
         f"# Motion of {description.name} without an arm that tells most about what its recordings do not, written by\n"
@@ -108,6 +109,6 @@ def write_further_motion(
         replace_file(path, head + excitation_text(block))
     except OSError as error:
         raise ConfigError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
-    ratios = (design.sd_after[places] / design.sd_before[places]).tolist()
+    ratios = expected_ratio(found, limits, design)[places].tolist()
     rows = [ExpectedGain(description.joints[j], name, ratio) for (j, name), ratio in zip(shown, ratios, strict=True)]
     return FurtherMotion(path, block.period_s, sorted(rows, key=lambda row: row.sd_ratio))
