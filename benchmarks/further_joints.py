@@ -34,6 +34,7 @@ from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.result_rows import parameter_rows
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.moved_machine import PilotedArm
 from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
 from exograv.model.description import RigDescription, load_rig
@@ -127,7 +128,7 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     lower, upper = description.workspace
     middle = 0.5 * (lower + upper)
     drift = float_arm(pilot, controller, middle, 0.0, FLOAT_S).drift_deg
-    held = weigh(pilot, controller, ArmModel(assembly, machine), found.floated, _hanging(twin))
+    held = weigh(PilotedArm(pilot, controller), ArmModel(assembly, machine), found.floated, _hanging(twin))
     loaded = found.last.x.copy()
     loaded[ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, held.mass)
     rows = parameter_rows(assembly, found.prior, found.last, wearer)

@@ -26,11 +26,11 @@ def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
     from exograv.errors import ExogravError
     from exograv.laboratory.guided.guided_command import run_repeat, run_teach
     from exograv.laboratory.guided.mirror_command import run_mirror
-    from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
     from exograv.laboratory.preparation import prepare
     from exograv.laboratory.virtual_laboratory import VirtualLaboratory
     from exograv.loop.pilot import Progress
     from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+    from exograv.procedures.rehabilitation.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
     from exograv.results import json_value
 
     path, known = folder / f"{seed}.toml", dict[str, ControllerKnowledge]()

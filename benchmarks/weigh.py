@@ -30,12 +30,15 @@ PAIRS_KG = ((0.5, 1.0), (1.0, 0.5), (1.5, 0.0), (2.0, 0.0), (0.0, 2.0))
 def run(rig: str, level: int, seed: int, hand: float, forearm: float, factor: float) -> dict[str, Any]:
     """Run one `exograv arm weigh`; a run that broke off is a result too."""
     from exograv.laboratory.virtual_laboratory import draw_laboratory
-    from exograv.laboratory.weighing_command import WeighOptions, run_weighing
+    from exograv.laboratory.weighing_command import run_weighing
+    from exograv.procedures.weighing.options import WeighOptions
 
     job = {"rig": rig, "level": level, "seed": seed, "factor": factor}
     try:
         typed = factor * draw_laboratory(rig, None, level, seed).body.mass_kg
-        options = WeighOptions(rig, None, level, "home", seed, hand, forearm, typed)
+        options = WeighOptions(
+            rig=rig, level=level, seed=seed, hand_weight_kg=hand, forearm_weight_kg=forearm, body_mass_kg=typed
+        )
         return {**job, **json_value(run_weighing(options, lambda _text, _share: None))}
     except ExogravError as error:
         return {**job, "broke_off": str(error)}

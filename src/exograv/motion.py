@@ -35,6 +35,10 @@ class Trajectory:
         """Duration of the motion [s]."""
         return len(self) * self.dt
 
+    def at(self, tick: int) -> Three:
+        """Return position [rad], velocity [rad/s] and acceleration [rad/s²] at a tick, which counts from 0."""
+        return self.q[tick], self.v[tick], self.a[tick]
+
 
 def hold(q: Joints, seconds: float, dt: float) -> Trajectory:
     """Return a motion that stays at `q` [rad]."""
@@ -104,10 +108,83 @@ class Passage:
     def __len__(self) -> int:
         return self.ticks + self.rest_ticks
 
+    @property
+    def seconds(self) -> float:
+        """Duration of the motion [s]."""
+        return len(self) * self.dt
+
     def at(self, tick: int) -> Three:
         """Return position [rad], velocity [rad/s] and acceleration [rad/s²] at a tick, which counts from 0."""
         share = np.array([min((tick + 1) / self.ticks, 1.0)])
         return _minimum_jerk(self.q_start, self.q_goal - self.q_start, share, self.ticks * self.dt)
+
+    def table(self) -> Trajectory:
+        """Return the motion as a table."""
+        way = minimum_jerk(self.q_start, self.q_goal, self.ticks * self.dt, self.dt)
+        return joined([way, hold(self.q_goal, self.rest_ticks * self.dt, self.dt)])
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """Sine from one posture to another and back, several times, eased in and out, computed tick by tick."""
+
+    low: Joints
+    """Posture at the start and at the end [rad]."""
+
+    high: Joints
+    """Posture at the other end of the path [rad]."""
+
+    period_s: float
+    """Duration of one cycle, there and back [s]."""
+
+    count: int
+    """Number of cycles."""
+
+    ease_s: float
+    """Time from rest to the sine's speed, and back to rest [s]."""
+
+    dt: float
+    """Period of the control loop [s]."""
+
+    def __len__(self) -> int:
+        return self._sine_ticks + round(self.ease_s / 2 / self.dt)
+
+    def at(self, tick: int) -> Three:
+        """Return position [rad], velocity [rad/s] and acceleration [rad/s²] at a tick, which counts from 0.
+
+        The values are those of `table` without its interpolation.
+        """
+        before_end, rate_out, slope_out = self._eased(float(len(self) - 1 - tick))
+        when, rate, slope = self._eased(max(self._sine_ticks - 1 - before_end, 0.0))
+        omega = 2.0 * np.pi / self.period_s
+        angle, half = omega * (when + 1.0) * self.dt, 0.5 * (self.high - self.low)
+        v_sine = half * (omega * np.sin(angle))
+        v = v_sine * rate
+        a = half * (omega**2 * np.cos(angle) * rate**2) + v_sine * slope
+        q = 0.5 * (self.low + self.high) - half * np.cos(angle)
+        return q, v * rate_out, a * rate_out**2 - v * slope_out
+
+    def table(self) -> Trajectory:
+        """Return the motion as a table."""
+        centre, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
+        still, seconds = np.zeros_like(half), self.count * self.period_s + self.ease_s / 2
+        path = fourier(centre, still[None], -half[None], self.period_s, seconds, self.dt)
+        return eased_out(eased_in(path, self.ease_s), self.ease_s)
+
+    @property
+    def _sine_ticks(self) -> int:
+        return round((self.count * self.period_s + self.ease_s / 2) / self.dt)
+
+    def _eased(self, index: float) -> tuple[float, float, float]:
+        """Return time [ticks], rate of time [-] and its slope [1/s] of a motion from rest, as `eased_in`."""
+        ticks = round(self.ease_s / self.dt)
+        s = min(index / ticks, 1.0)
+        when = ticks * (s**3 - s**4 / 2) + max(index - ticks, 0.0)
+        return when, 3 * s**2 - 2 * s**3, 6 * (s - s**2) / self.ease_s
+
+
+Planned = Passage | Cycles
+"""Motion that is computed tick by tick."""
 
 
 def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: float, dt: float) -> Trajectory:

@@ -222,6 +222,7 @@ DrivesFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 GravityLevel = Annotated[
     float, Within(0.0, FLOATING_LEVEL_MAX, "0 (weightless) to 1 (Earth). The Moon is 0.165, Mars 0.38.")
 ]
+HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a lighter one.", " kg")
 
 
 @dataclass(frozen=True)

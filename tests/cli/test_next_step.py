@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from exograv import cli
-from exograv.laboratory.guided.options import MirrorOptions
 from exograv.live.options import RigTestOptions
 from exograv.next_command import same_machine
 from exograv.options import MachineOptions
 from exograv.procedures.calibration.options import CalibrateOptions
+from exograv.procedures.rehabilitation.guided.options import MirrorOptions
 
 
 def test_a_default_machine_needs_no_words():

@@ -15,6 +15,7 @@ from exograv.laboratory.guided.guided_command import floating_twin
 from exograv.laboratory.guided.therapist_and_wearer import HOLDS_KD, HOLDS_KP, Holding, Therapist, drawn_movement
 from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.loop.floating_machine import PilotedMachine
 from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.rehabilitation.guided.floating_arm import LOOK_S, FloatingArm
@@ -23,7 +24,7 @@ from exograv.procedures.rehabilitation.guided.mirror import mirror
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
-from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, driven
+from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, ShapedPath, driven
 from exograv.procedures.rehabilitation.guided.pull import PullStrength
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S, repeat
 from exograv.procedures.rehabilitation.guided.teach import teach
@@ -58,6 +59,10 @@ def _flown(known: Known) -> FloatingArm[Twin]:
     return floating_twin(*known, SEED, None, lambda _text, _share: None)
 
 
+def _taught(arm: FloatingArm[Twin], seconds: float, act: Callable[[], object]) -> ShapedPath:
+    return teach(PilotedMachine(arm.pilot, arm.controller, act), arm.controller.assembly, seconds)
+
+
 @pytest.fixture(scope="module")
 def one_arm() -> Known:
     return _known("recupera_like_qdd")
@@ -73,7 +78,7 @@ def path(one_arm: Known) -> Trajectory:
     """Path along which the arm was moved once."""
     arm, description = _flown(one_arm), one_arm[0].description
     movement = drawn_movement(description, SEED, description.donning_posture, arm.rig.period_s)
-    found = teach(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
+    found = _taught(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
     return driven(found.q, PERIOD_S, arm.rig.period_s)
 
 
@@ -228,7 +233,7 @@ def test_stop_while_an_arm_is_led_keeps_no_path(one_arm: Known):
     movement = drawn_movement(description, SEED, description.donning_posture, arm.rig.period_s)
     therapist = Therapist(arm.rig, movement)
     with pytest.raises(RigError):
-        teach(arm, movement.seconds, _stopped_after(arm, 3.0, therapist.act))
+        _taught(arm, movement.seconds, _stopped_after(arm, 3.0, therapist.act))
     assert arm.pilot.envelope.stop is StopReason.STOP_PRESSED
 
 
@@ -239,7 +244,7 @@ def test_a_therapist_who_leads_outside_is_told_where(one_arm: Known):
     outside[1] = description.workspace[1][1] + np.deg2rad(12.0)
     movement = motion.joined([motion.go_to(begin, outside, 0.5, dt), motion.go_to(outside, begin, 0.5, dt)])
     with pytest.raises(ConfigError, match="shoulder_abduction"):
-        teach(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
+        _taught(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
 
 
 def _mirrored(two_arms: Known, holds: bool) -> tuple[FloatingArm, GripOutcome, np.ndarray, np.ndarray]:

@@ -10,11 +10,11 @@ import pytest
 
 from exograv.laboratory.guided.guided_command import run_repeat, run_teach
 from exograv.laboratory.guided.mirror_command import run_mirror
-from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.pilot import Progress
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.rehabilitation.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 from exograv.recording.reader import read_recording
 
 pytestmark = pytest.mark.slow

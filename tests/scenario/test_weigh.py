@@ -9,6 +9,7 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
 from exograv.identification.core.prior import prior
+from exograv.loop.moved_machine import PilotedArm
 from exograv.procedures.weighing.arm_check import ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.known_weight import weigh
@@ -51,7 +52,9 @@ def test_a_hidden_weight_is_found_and_carried_beside_the_arm(put_on):
     mean, covariance = prior(worn.controller.assembly, machine)
     x = worn.controller.x.copy()
     arm = Estimate(0.0, mean, covariance, 0.0, 1.0)
-    found = weigh(worn.pilot, worn.controller, model, arm, lambda is_there: worn.twin.hang("hand", 0.8 * is_there))
+    found = weigh(
+        PilotedArm(worn.pilot, worn.controller), model, arm, lambda is_there: worn.twin.hang("hand", 0.8 * is_there)
+    )
     assert found.ci95[0] < 0.8 < found.ci95[1]
     assert worn.controller.weights == {"hand": found.mass}
     np.testing.assert_array_equal(worn.controller.x, x)

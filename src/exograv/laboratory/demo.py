@@ -13,6 +13,7 @@ from exograv.identification.calibration.empty_machine import Calibration
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Outcome, RestingMethod
 from exograv.loop.machine_limits import refuse_motorless
+from exograv.loop.moved_machine import PilotedArm
 from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
@@ -313,7 +314,7 @@ def _float_and_weigh(
     def hang(loaded: bool) -> None:
         worn.twin.hang("hand", mass if loaded else 0.0)
 
-    weighing: Weighing = weigh(pilot, controller, model, arm, hang)
+    weighing: Weighing = weigh(PilotedArm(pilot, controller), model, arm, hang)
     with_weight = arm.x.copy()
     assembly = controller.assembly
     with_weight[parameters.ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)

@@ -7,13 +7,11 @@ from typing import Annotated, Literal
 import tyro
 
 from exograv.options import (
-    HEAVIEST_KG,
     ON_SIMULATED,
     ON_TWIN,
     RIG_HELP,
     Acts,
     Bus,
-    CalibrationFile,
     DerivedMachine,
     Donning,
     GravityLevel,
@@ -25,7 +23,6 @@ from exograv.options import (
     RigArgument,
     Seed,
     SideOption,
-    TwinOptions,
     TwinSource,
     Within,
     World,
@@ -43,7 +40,6 @@ WORN_AND_RELAXED = Acts(lambda all_: all_.worn and all_.person == "relaxed", "wi
 OF_WEAK = Acts(lambda all_: all_.person == "weak", "with --person weak")
 MovementName = Literal["pointing", "recorded"]
 Kilograms = tyro.conf.arg(metavar="KG")
-HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a lighter one.", " kg")
 
 
 @dataclass(frozen=True)
@@ -147,25 +143,6 @@ class DemoOptions(IdentifyOptions):
 
     only_identify: tyro.conf.Fixed[bool] = False
     """Omit floating and the known weight."""
-
-
-@dataclass(frozen=True)
-class WeighOptions(TwinOptions):
-    """Options of `exograv arm weigh`."""
-
-    hand_weight_kg: Annotated[float | None, tyro.conf.arg(name="hand-weight", metavar="KG"), HeldWeight] = None
-    """Weight that the virtual wearer takes into the hand [kg].
-
-    The software does not know it. Drawn if absent; 0 for none.
-    """
-
-    forearm_weight_kg: Annotated[float, tyro.conf.arg(name="forearm-weight", metavar="KG"), HeldWeight] = 0.0
-    """Weight at the middle of the forearm [kg], also unknown to the software."""
-
-    body_mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG")] = None
-    """Body mass that the operator entered [kg]; the wearer's own if absent."""
-
-    calibration: CalibrationFile = None
 
 
 @dataclass(frozen=True)

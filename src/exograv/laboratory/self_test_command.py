@@ -7,12 +7,12 @@ from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
 from exograv.procedures.self_test.bench import TestedMachine
 from exograv.procedures.self_test.options import SelfTestOptions
+from exograv.procedures.weighing.options import WeighOptions
 from exograv.rig.twin import Disturbances, draw_machine
 from exograv.storage.calibration_file import twin_identity
 from exograv.storage.calibration_schema import StoredCalibration
 from exograv.storage.self_test_step import Step, tried
 
-from .options import WeighOptions
 from .twin_calibration import EmptyTwin
 from .weighing_command import run_weighing
 
@@ -53,7 +53,7 @@ class TwinUnderTest:
     def _weigh(self) -> list[Step]:
         asked = self.options
         options = WeighOptions(
-            asked.rig, asked.side, asked.level, asked.world, asked.seed, hand_weight_kg=0.0,
+            rig=asked.rig, side=asked.side, level=asked.level, world=asked.world, seed=asked.seed, hand_weight_kg=0.0,
             body_mass_kg=asked.body_mass_kg, calibration=self.calibration,
         )  # fmt: skip
         found = run_weighing(options, self.progress)

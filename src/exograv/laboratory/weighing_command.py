@@ -8,6 +8,7 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
+from exograv.loop.moved_machine import PilotedArm
 from exograv.loop.pilot import Progress
 from exograv.loop.run_settings import TwinRun
 from exograv.model.anthropometry import Body
@@ -19,6 +20,7 @@ from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_n
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.motion_samples import SampleCollector
+from exograv.procedures.weighing.options import WeighOptions
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording.rounding import rounded
 from exograv.results import MERGED
@@ -26,12 +28,9 @@ from exograv.rig.twin import Twin
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 from exograv.storage.self_test_pass import NOT_NEEDED
 
-from .options import WeighOptions
 from .preparation import Preparation
 from .result_rows import Interval, WeightRow
 from .virtual_laboratory import VirtualLaboratory, driven_laboratory
-
-DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ def _weigh_all(
     model = ArmModel(worn.known.assembly, worn.known.machine)
     judge, gentle = ArmJudge(model), first_motion(pilot, controller, model)
     found.check = judge.judge([gentle], body.mass_kg)
-    if is_enough(found.check, wants_weights=bool(weights_of(options))):
+    if is_enough(found.check, wants_weights=bool(options.weights)):
         return twin.t
     identifier, kept = worn.identifier(), SampleCollector()
     identifier.followers.append(kept)
@@ -124,8 +123,8 @@ def _weigh_all(
     found.check = in_doubt_not_refused(both, identified.restless_s is not None)
     if found.check.refused:
         return twin.t
-    for place, mass in weights_of(options).items():
-        found.weights[place] = weigh(pilot, controller, model, arm, _hanging(twin, place, mass), place)
+    for place, mass in options.weights.items():
+        found.weights[place] = weigh(PilotedArm(pilot, controller), model, arm, _hanging(twin, place, mass), place)
     return twin.t
 
 
@@ -165,18 +164,10 @@ def _result(
         probability=check and round(check.probability, 4),
         identified_s=found.identified_s,
         weights=[
-            PlacedWeight(place, WeightRow.of(weights_of(options)[place], one)) for place, one in found.weights.items()
+            PlacedWeight(place, WeightRow.of(options.weights[place], one)) for place, one in found.weights.items()
         ],
         true_arm_mass_kg=round(arm, 4),
         self_test=NOT_NEEDED,
         simulated_s=round(found.t, 3),
         wall_s=round(time.perf_counter() - start, 2),
     )
-
-
-def weights_of(options: WeighOptions) -> dict[WeightPlace, float]:
-    """Weights on the arm [kg]. Without an option the weight in the hand is drawn from `DRAWN_KG` by the seed."""
-    drawn = float(np.random.default_rng([options.seed, 9]).choice(DRAWN_KG))
-    hand = drawn if options.hand_weight_kg is None else options.hand_weight_kg
-    both: dict[WeightPlace, float] = {"hand": hand, "forearm": options.forearm_weight_kg}
-    return {place: mass for place, mass in both.items() if mass > 0.0}

@@ -31,6 +31,7 @@ from exograv.storage.self_test_pass import MachineKey, unlock
 
 from .guard_job import GuardedRig
 from .live_identification import LiveIdentification, LiveIdentificationPlan
+from .procedure_orders import Order, OrderedMotion, OrderMemory, TaughtRows
 
 SKIPPED = "skipped: twin"
 SKIPPED_TEXT = "The self-test is skipped: this is the twin, and nobody is in it."
@@ -87,6 +88,14 @@ class LivePlan:
     is_steered: bool = False
     """True if an operator at a page requests each step."""
 
+    orders: OrderMemory | None = None
+    """Memory of the orders of a procedure that moves the identified arm; None without such a procedure."""
+
+    @property
+    def taught(self) -> TaughtRows | None:
+        """Taught path of the procedure; None without one."""
+        return None if self.orders is None else self.orders.taught
+
 
 def guarded_rig(plan: LivePlan) -> GuardedRig:
     """Build the machine and its guard.
@@ -118,12 +127,17 @@ class LiveControl:
         period_s: float = 1e-9 * PERIOD_NS,
         is_steered: bool = False,
         publishes_later: bool = True,
+        orders: OrderedMotion | OrderMemory | None = None,
     ):
         """Begin with the machine off; a replacement (`is_first` False) begins with the machine in a safe state.
 
         With `publishes_later`, a new estimate of the arm comes into force in `afterwards`; otherwise in the answer.
         """
         self._publishes_later, self._found = publishes_later, None
+        self._weights: list[Order] = []
+        self._ordered = (
+            orders.motion(prepared.assembly.description, period_s) if isinstance(orders, OrderMemory) else orders
+        )
         self._is_steered, self._is_first, self._gravity_level = is_steered, is_first, gravity_level
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._model, self._covariance = ArmModel(prepared.assembly, prepared.machine), prepared.covariance
@@ -173,34 +187,66 @@ class LiveControl:
     def answer(self, state: np.void, row: np.ndarray) -> None:
         """Compute the answer to one tick of the guard."""
         self._state, feedback = state, self._feedback
+        self._take_orders()
         tau = feedback.step(state["q"])
         reference = feedback.reference
         row["tau"] = tau if self.mode is Mode.EXO_ONLY or self.mode in WORN else self._still
         row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, feedback.v
         row["q_reference"] = reference.q if self._controller.mode.drive else np.nan
         row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self.mode)
-        row["findings"] = 0 if self._lesson is None else self._lesson.findings
+        row["findings"] = self._inputs
         drift = self._drift.finding
         row["drift"] = 0 if drift is None else drift.level
         if drift is not None:
             row["drift_joint"], row["drift_Nm"] = drift.joint, drift.residual_Nm
             row["drift_cause"] = CAUSES.index(drift.cause)
         row["drive"], row["gravity_level"], row["arm_share"] = astuple(self._controller.mode)
-        if self._lesson is not None and self.mode is Mode.MOVING:
-            self._lesson.told(float(state["now"]), state["q"], self._actuators.torque(state["current"]), reference.q)
+        if self.mode is Mode.MOVING:
+            self._tell(float(state["now"]), reference.q)
 
     def afterwards(self) -> None:
-        """Put a new estimate into force, with a ramp, and look for drift.
+        """Put a new estimate and ordered weights into force, with a ramp, and look for drift.
 
         Both take longer than a tick has left before its answer.
         """
         self._publish_found()
-        self._drift.take(self._state["q"], self._actuators.torque(self._state["current"]))
+        for order in self._weights:
+            assert order.mass_kg is not None
+            self._controller.carry(order.place, order.mass_kg, self._feedback.q)
+        self._weights.clear()
+        if self._ordered is None or self._ordered.is_load_known:
+            self._drift.take(self._state["q"], self._actuators.torque(self._state["current"]))
 
     def _publish_found(self) -> None:
         if self._found is not None:
             self._controller.publish(self._found, self._feedback.q)
             self._found = None
+
+    @property
+    def _inputs(self) -> int:
+        """Number of findings of the worker and of orders of a procedure that control has taken."""
+        findings = 0 if self._lesson is None else self._lesson.findings
+        return findings if self._ordered is None else findings + self._ordered.count
+
+    def _tell(self, now: float, q_asked: np.ndarray) -> None:
+        """Send this tick of a motion to the procedure that has ordered it, or to the worker."""
+        q, tau = self._state["q"], self._actuators.torque(self._state["current"])
+        if self._ordered is not None and self._ordered.is_led:
+            self._ordered.told(now, q, tau)
+        elif self._lesson is not None:
+            self._lesson.told(now, q, tau, q_asked)
+
+    def _take_orders(self) -> None:
+        """Take the orders of a procedure while the identified arm floats or is moved."""
+        ordered = self._ordered
+        if ordered is None or self.mode not in (Mode.FLOATING, Mode.MOVING):
+            return
+        was_known = ordered.is_load_known
+        while (order := ordered.take(self._state["q"])) is not None:
+            if order.mass_kg is not None:
+                self._weights.append(order)
+        if ordered.is_load_known is not was_known:
+            self._drift.restart()
 
     def forget(self, mode: Mode, arm_share: float) -> None:
         """Restart in a mode with a share of the arm, after a gap in the recording."""
@@ -215,7 +261,7 @@ class LiveControl:
         now = float(state["now"])
         self._follow(state, q, v)
         self._learn(now, int(state["persons"]))
-        reference = self._reference(now, q)
+        reference = self._reference(now, q, v)
         self._controller.mode.arm_share = self._modes.arm_share
         self._controller.mode.gravity_level = float(state["gravity_level"])
         return reference
@@ -223,8 +269,12 @@ class LiveControl:
     def _hold(self, q: np.ndarray) -> Reference:
         return Reference(q, self._still, self._still)
 
-    def _reference(self, now: float, q: np.ndarray) -> Reference:
-        if not self._controller.mode.drive or self._lesson is None:
+    def _reference(self, now: float, q: np.ndarray, v: np.ndarray) -> Reference:
+        if not self._controller.mode.drive:
+            return self._hold(q)
+        if self._ordered is not None and self._ordered.order is not None:
+            return self._ordered.reference(now, self._controller.mode.drive, q, v)
+        if self._lesson is None:
             return self._hold(q)
         return self._hold(self._q_ramp) if self.mode is Mode.RAMP_IN else self._lesson.reference(now)
 
@@ -236,6 +286,8 @@ class LiveControl:
                 # The solved posture may be the cause of the fault; without this it would survive every reset.
                 self._controller.forget()
                 self._drift.restart()
+                if self._ordered is not None:
+                    self._ordered.drop()
             self._rested_s = 0.0
             return
         if not self._has_begun:
@@ -270,9 +322,12 @@ class LiveControl:
             if not self._publishes_later:
                 self._publish_found()
         phase = lesson.phase(persons)
+        is_led = self._ordered is not None and self._ordered.is_led
         if modes.mode is Mode.FLOATING and phase is IDENTIFICATION:
             modes.take(Event.MOVE)
             lesson.begin(now)
+        elif is_led:
+            modes.take(Event.MOVE)
         elif modes.mode is Mode.MOVING and phase is FLOATING:
             modes.take(Event.FLOAT)
         elif modes.mode is Mode.MOVING:

@@ -82,7 +82,13 @@ def parts_of(plan: LivePlan, is_tested: bool) -> ProcessParts:
     """Parts that the processes of a live run build in themselves."""
     lesson, period_s = plan.lesson, 1e-9 * plan.period_ns
     control = partial(
-        LiveControl, plan.prepared, plan.gravity_level, lesson=lesson, period_s=period_s, is_steered=plan.is_steered
+        LiveControl,
+        plan.prepared,
+        plan.gravity_level,
+        lesson=lesson,
+        period_s=period_s,
+        is_steered=plan.is_steered,
+        orders=plan.orders,
     )
     return ProcessParts(
         partial(guarded_rig, plan),
@@ -119,6 +125,7 @@ def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]
                 "person": written_person(plan.person),
                 "publishes_later": True,
                 **({"is_steered": True} if plan.is_steered else {}),
+                **({} if (taught := plan.taught) is None else {"taught": asdict(taught)}),
                 **({} if plan.lesson is None else _written_lesson(plan.lesson)),
             },
         },

@@ -15,17 +15,20 @@ import numpy as np
 
 from exograv.errors import RigError
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.floating_machine import LOOK_S, FloatingMachine, Look
+from exograv.loop.floating_machine import LOOK_S, Look
 from exograv.loop.pilot import Progress
+from exograv.loop.replay_log import written_person
 from exograv.model.arm import is_plausible
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.identify import IMPLAUSIBLE
-from exograv.runtime.control_loop.exchange import FeltLevel, answer_dtype, state_dtype
+from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate, answer_dtype, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import SafeState
+from exograv.safety.limits import PersonLimits
 from exograv.safety.modes import Mode
 from exograv.signals import Reference
 
+from .arm_worker import LearnedArm
 from .live_control import MODES
 from .live_processes import HANGS_S, Running
 
@@ -39,10 +42,6 @@ STOPPED = "The machine was stopped before the procedure was complete."
 OVER = "The run ended before the procedure was complete."
 
 Joints = np.ndarray
-
-
-Performed = Callable[[FloatingMachine, Progress], object]
-"""Procedure on a machine in which the arm floats. It raises `ExogravError` if it cannot go on."""
 
 
 class LiveFloat:
@@ -83,6 +82,20 @@ class LiveFloat:
         """Share of the arm's weight that the person feels now, by the guard [-]."""
         return float(self._state["gravity_level"])
 
+    @property
+    def drive(self) -> float:
+        """Share of the feedback in control's newest answer [-]."""
+        answer = self._answers.read()
+        return 0.0 if answer is None else float(answer[1]["drive"])
+
+    @property
+    def learned(self) -> LearnedArm:
+        """Arm that the worker has learned. There is one as soon as the arm floats."""
+        worker = self._running.worker
+        assert worker is not None
+        assert worker.learned is not None
+        return worker.learned
+
     def begin(self, phase: str) -> None:
         """Note in the recording the part of the procedure that begins. The phases of a live run are its modes."""
         self.write("/event", self.t, {"kind": "note", "text": f"Procedure: {phase}."})
@@ -94,10 +107,24 @@ class LiveFloat:
             RigError: The run is over.
         """
         self.write("/control", self.t, {"act": "level", "gravity_level": gravity_level})  # for a replay
-        try:
-            self._running.line.send(FeltLevel(gravity_level))
-        except OSError as error:
-            raise RigError(OVER) from error
+        self._send(FeltLevel(gravity_level))
+
+    def wear(self, person: PersonLimits, is_driven: bool) -> None:
+        """Give the guard other limits of the person, and wait until they are in force.
+
+        Args:
+            person: Limits of the person.
+            is_driven: True if control holds or moves the arm from now on.
+
+        Raises:
+            RigError: The machine was stopped, or the run is over.
+        """
+        message = {"person": written_person(person), "gravity_level": self.gravity_level, "is_driven": is_driven}
+        self.write("/control", self.t, {"act": "wear", **message})  # for a replay
+        before = int(self._state["persons"])
+        self._send(PersonUpdate(person) if is_driven else person)
+        while int(self._state["persons"]) == before:
+            self.wait()
 
     def float_for(self, seconds: float, look: Look) -> None:
         """Let the arm float for a time of the machine's clock [s], or until `look` returns True.
@@ -121,6 +148,12 @@ class LiveFloat:
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Have a message of the time `t` [s] recorded."""
         self._running.recorder.write(topic, t, message)
+
+    def _send(self, message: object) -> None:
+        try:
+            self._running.line.send(message)
+        except OSError as error:
+            raise RigError(OVER) from error
 
     def wait(self) -> None:
         """Wait for the next state of the guard.
@@ -147,6 +180,10 @@ class LiveFloat:
         if not is_learned or answer is None:
             return False
         return MODES[int(answer[1]["mode"])] is Mode.FLOATING and float(answer[1]["drive"]) == 0.0
+
+
+Performed = Callable[[LiveFloat, Progress], object]
+"""Procedure on a machine in which the arm floats. It raises `ExogravError` if it cannot go on."""
 
 
 class LiveProcedure:
@@ -198,9 +235,7 @@ class LiveProcedure:
     def _await_float(self, running: Running, machine: LiveFloat) -> None:
         while not machine.is_floating():
             machine.wait()
-        assert running.worker is not None
-        assert running.worker.learned is not None
-        x = running.worker.learned.carried.x
+        x = machine.learned.carried.x
         # Control and guard keep the table's arm in place of an implausible one, and nobody may be tested with it.
         if not is_plausible(self._prepared.assembly.arm, x):
             raise RigError(f"{IMPLAUSIBLE} The procedure did not begin.")

@@ -16,6 +16,7 @@ from exograv.loop.replay.guard_replay import SETTLED_S, GuardReplay
 from exograv.loop.replay.recorded_run import RecordedRun, readable
 from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.loop.replay_log import read_machine, read_person
+from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.verification.postures import Verification
 from exograv.recording.fields import Message
@@ -33,6 +34,7 @@ from exograv.signals import JointState
 
 from .live_control import MODES, LiveControl
 from .live_identification import LiveIdentification, lesson_passes
+from .procedure_orders import Order, OrderedMotion, TaughtRows, read_order
 
 REACH = 32
 """Number of past measurements for which `seen` of a tick records if control has answered."""
@@ -89,6 +91,7 @@ class LiveReplay:
             self._acts = acts
             self._finding = np.zeros(1, finding_dtype(len(x)))[0]
             self._found, self._read, self._persons, lesson = 0, 0, 0, None
+            self._orders, self._given = 0, 0
             if seconds := live.get("identify_s"):
                 passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
                 lesson = LiveIdentification(
@@ -100,6 +103,7 @@ class LiveReplay:
             self._control = LiveControl(
                 prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered,
                 publishes_later=bool(live.get("publishes_later")),
+                orders=OrderedMotion(recorded.description, period_s, self._next_order, taught=_taught(live, period_s)),
             )  # fmt: skip
             self._prepare()
             self._guarding.forget(actuators.torque(self._columns["current"][0]))
@@ -180,12 +184,24 @@ class LiveReplay:
             self._read = self._found
         return self._found, self._finding
 
+    def _next_order(self) -> Order | None:
+        """Return the next order of a procedure that control had taken."""
+        if self._given >= self._orders:
+            return None
+        with readable(self._recorded.recording.path):
+            order = read_order(self._acts["order"][self._given])
+        self._given += 1
+        return order
+
     def _parameters(self, message: Message) -> Parameters:
         return self._instead.parameters(np.array(message["x"]), self._machine, self._recorded.assembly)
 
     def _catch_up(self, k: int) -> None:
         """Give control each measurement that it answered in the run since its last answer, up to the present one."""
-        seen, newest, self._found = self._columns.seen[k], self._columns.sequence[k], self._columns.control[k]
+        seen, newest, inputs = self._columns.seen[k], self._columns.sequence[k], self._columns.control[k]
+        # A procedure gives its first order after the last finding of the worker.
+        self._found = min(inputs, len(self._acts["publish"]))
+        self._orders = inputs - self._found
         for state in self._waiting:
             back = newest - int(state["sequence"])
             if back < REACH and seen >> back & 1:
@@ -216,17 +232,25 @@ class _Acts:
     def __iter__(self) -> Iterator[Message]:
         return (self._messages[place] for place in self._places)
 
+    def __len__(self) -> int:
+        return len(self._places)
+
     def __getitem__(self, number: int) -> Message:
         return self._messages[self._places[number]]
 
 
 def _acts(messages: Sequence[Message]) -> Mapping[str, _Acts]:
     """Return the messages to control by their act."""
-    places: dict[str, array[int]] = {act: array("L") for act in ("level", "publish", "wear", "prepare")}
+    places: dict[str, array[int]] = {act: array("L") for act in ("level", "publish", "wear", "prepare", "order")}
     for k, message in enumerate(messages):
         if message["act"] in places:
             places[message["act"]].append(k)
     return {act: _Acts(messages, found) for act, found in places.items()}
+
+
+def _taught(live: Mapping[str, Any], period_s: float) -> Trajectory | None:
+    said = live.get("taught")
+    return None if said is None else TaughtRows(said["q_rad"], said["period_s"]).trajectory(period_s)
 
 
 def _verification(live: Mapping[str, Any]) -> Verification | None:

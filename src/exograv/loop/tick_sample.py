@@ -1,6 +1,6 @@
 """Sample of one tick for the listeners of a run."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -26,3 +26,18 @@ class TickSample(NamedTuple):
     """Torque that the model expects [N·m]."""
     reference: Reference
     """Reference of the controller."""
+
+
+@runtime_checkable
+class ObservedMotion(Protocol):
+    """Part of a sample that a live run has, too."""
+
+    @property
+    def q(self) -> Joints:
+        """Observed position [rad]."""
+        ...
+
+    @property
+    def v(self) -> Joints:
+        """Observed velocity [rad/s]."""
+        ...

@@ -232,6 +232,12 @@ def held_weight(
     return added.ravel()
 
 
+def summed_weights(arm: Arm, weights: Mapping[WeightPlace, float]) -> Float[np.ndarray, " phi"] | None:
+    """Change of the arm's parameters by weights at these places [kg]; None without a weight."""
+    each = [held_weight(arm, mass, at=place) for place, mass in weights.items()]
+    return np.sum(each, axis=0) if each else None
+
+
 def translation_of_parameters(z: float) -> Float[np.ndarray, "10 10"]:
     """Matrix (10, 10) from inertial parameters about the point (0, 0, z) [m] to those about the origin."""
     move = np.eye(10)

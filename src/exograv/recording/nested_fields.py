@@ -42,6 +42,14 @@ MACHINE = (
 )
 """Fields of a calibrated machine."""
 
+PATH = (
+    Field("kind", "string", "-", "", optional=True),
+    *_numbers("q_start", "q_goal", "low", "high", size=JOINT),
+    *_integers("ticks", "rest_ticks", "count"),
+    *_numbers("period_s", "ease_s", "dt"),
+)
+"""Fields of a path that a procedure orders: a passage or cycles (`motion.py`)."""
+
 LIMB = (
     Field("joints", "integer", "-", "", LIST),
     Field("most_factors", "integer", "-", ""),

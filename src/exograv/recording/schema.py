@@ -256,7 +256,7 @@ CONTROL = Channel(
             "-",
             "`pilot` (a machine and its guard begin), `fly` (a controller takes over), `prepare`, `publish`, `force`, "
             "`carry`, `hang`, `lead` (inputs of a controller), `wear` (limits of the person in the machine), `level` "
-            "(gravity level that the person is to feel)",
+            "(gravity level that the person is to feel), `order` (of a procedure that moves the arm in a live run)",
         ),
         Field("controller", "integer", "-", "number of the controller, from 0, of the present pilot", optional=True),
         Field(
@@ -302,6 +302,14 @@ CONTROL = Channel(
         Field("ramp_s", "number", "s", "shortest duration of the ramp", optional=True),
         Field("is_driven", "boolean", "-", "true if the person is moved along a path", optional=True),
         Field("taken", "boolean", "-", "true if the controller accepted the input", optional=True),
+        Field("number", "integer", "-", "number of an order, from 1", optional=True),
+        Field("is_led", "boolean", "-", "of an order: true if the arm is held or moved, not floating", optional=True),
+        Field("path", "object", "SI", "of an order: path of the arm; null: it stays", optional=True, known=inside.PATH),
+        Field("guide", "string", "-", "of an order: `anchor`, `path`, `taught`; null: no guide", optional=True),
+        Field("speed", "number", "-", "of an order: share of the speed of a guide's path", optional=True),
+        Field("grip", "number", "-", "of an order: share of the pull with which a guide begins", optional=True),
+        Field("lets_go", "boolean", "-", "of an order: true if the guide releases the arm", optional=True),
+        Field("is_load_known", "boolean", "-", "of an order: false with an unknown weight", optional=True),
     ),
 )
 

@@ -81,7 +81,7 @@ TICK = Channel(
             "control",
             "uint32",
             "-",
-            "number of `/control` messages so far, all in force; in a live run, of its `publish` messages",
+            "number of `/control` messages so far, all in force; in a live run, of its `publish` and `order` messages",
             since=3,
             default=0.0,
         ),

@@ -33,12 +33,15 @@ NEEDED: Mapping[str, tuple[Need, ...]] = MappingProxyType(
         "rig self-test": TESTED,
         "rig accept": WORN,
         "arm identify": WORN,
+        "arm weigh": WORN,
         "arm verify": WORN,
         "run live": WORN,
         "run console": WORN,
         "run train": WORN,
         "run support-level": WORN,
         "run assist": WORN,
+        "run teach": WORN,
+        "run repeat": WORN,
     }
 )
 """Commands that fly over drives, each with the checks that its machine must have passed (docs/howto/rig_test.md)."""
@@ -52,9 +55,6 @@ WITHOUT_DRIVES: Mapping[str, str] = MappingProxyType(
         "rig check": _COMPUTES,
         "rig motion": _COMPUTES,
         "rig export": _COMPUTES,
-        "arm weigh": "it compares with the twin's true weights; `exograv rig accept` weighs a known weight over drives",
-        "run teach": _LOCK_STEP,
-        "run repeat": _LOCK_STEP,
         "run mirror": _LOCK_STEP,
         "data view": _COMPUTES,
         "data replay": _COMPUTES,

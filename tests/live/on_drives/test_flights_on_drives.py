@@ -22,6 +22,9 @@ import exograv
 from exograv.laboratory.amplifier.amplifier_command import EMG
 from exograv.laboratory.amplifier.electrodes import TRIGGER, pulse_times
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.live.on_drives.acceptance_weighing import ERROR_KG, ERROR_SHARE
+from exograv.model.description import load_rig
+from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.recording import read_recording
 from exograv.rig.drives.simulated.address import free_port
 from exograv.study.importers.imported_session import StatedSession
@@ -31,6 +34,9 @@ pytestmark = pytest.mark.slow
 
 SEED, LEVEL, PERIOD_MS = 1022, 1, 4
 """The longest period is the quickest: these tests are about steps and files, not about timing."""
+
+REPEAT_RMS_DEG = 3.0
+"""Largest RMS error of a joint on a repeated path [°], as in lock-step."""
 
 PULSE_S = 0.005
 """Median of the time from the pulse of a touch to the touch as the page states it [s], on a shared computer."""
@@ -143,6 +149,44 @@ def test_support_follows_a_weak_person_over_drives_and_the_session_replays_exact
     command = [sys.executable, "-m", "exograv.cli", "data", "replay", str(path), "--out", "replay"]
     process = subprocess.run(command, cwd=machine.folder, text=True, capture_output=True, check=False)
     assert "to the last bit" in process.stdout, process.stdout
+
+
+def test_a_weight_in_the_hand_is_weighed_over_drives_put_down_and_the_run_replays_exactly(machine: Machine):
+    found = machine.flown("arm", "weigh", "--identify", "25", "--hand-weight", "1")
+    (weight,) = found["weights"]
+    assert (weight["place"], weight["stated_kg"]) == ("hand", 1.0)
+    assert abs(weight["estimated_kg"] - 1.0) <= max(ERROR_SHARE, ERROR_KG)
+    assert found["live"]["outcome"].startswith("Stop was pressed.")
+    path = machine.folder / found["recording"]
+    recording = read_recording(path)
+    orders = [one for one in recording.messages("/control") if one["act"] == "order"]
+    carried = [one["mass_kg"] for one in orders if one["mass_kg"] is not None]
+    assert carried[1:] == [pytest.approx(weight["estimated_kg"], abs=1e-4), 0.0]
+    assert [one for one in recording.messages("/event") if one["kind"] == "warning"] == []
+    donning = load_rig("recupera_like").donning_posture
+    ends = recording.ticks["q_measured"][recording.ticks["arm_share"] == 1.0][-1]
+    assert np.rad2deg(np.abs(ends - donning)).max() < 10.0
+    command = [sys.executable, "-m", "exograv.cli", "data", "replay", str(path), "--out", "replay"]
+    process = subprocess.run(command, cwd=machine.folder, text=True, capture_output=True, check=False)
+    assert "to the last bit" in process.stdout, process.stdout
+
+
+def test_a_therapist_teaches_a_path_that_is_repeated_over_drives_and_both_runs_replay_exactly(machine: Machine):
+    taught = machine.flown("run", "teach", "recupera_like", "--identify", "25", "--code", "K7MR4XX")
+    assert taught["is_simulated"]
+    assert taught["seconds"] > 5.0
+    found = machine.flown(
+        "run", "repeat", "recupera_like", "--identify", "25", "--code", "K7MR4XX", "--repetitions", "2"
+    )
+    assert (found["repetitions"], found["outcome"]) == (2, GripOutcome.ARRIVED.value)
+    assert max(found["tracking_rms_deg"]) < REPEAT_RMS_DEG
+    for run in (taught, found):
+        assert run["live"]["outcome"].startswith("Stop was pressed.")
+        path = machine.folder / run["recording"]
+        assert [one for one in read_recording(path).messages("/event") if one["kind"] == "warning"] == []
+        command = [sys.executable, "-m", "exograv.cli", "data", "replay", str(path), "--out", "replay"]
+        process = subprocess.run(command, cwd=machine.folder, text=True, capture_output=True, check=False)
+        assert "to the last bit" in process.stdout, process.stdout
 
 
 @pytest.mark.skipif(not CHROMIUM.exists(), reason=f"There is no {CHROMIUM}. On Debian: apt-get install chromium")

@@ -21,7 +21,7 @@ def samples(model, believed_arm, heard):
     x, _ = believed_arm
     postures = sample_postures(model.assembly.description, 16)[1:]
     way = informative_path(model, x, x[ParameterLayout.of(model.assembly).phi], 0.35, postures)
-    return heard(way.trajectory(18.0, PATH_DT), x, 1000, RESTLESS)
+    return heard(way.cycles(18.0, PATH_DT).table(), x, 1000, RESTLESS)
 
 
 def judged(model, samples, factor: float) -> ArmCheck:

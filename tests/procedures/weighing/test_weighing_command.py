@@ -3,9 +3,9 @@
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.options import WeighOptions
-from exograv.laboratory.weighing_command import DRAWN_KG, is_enough, run_weighing, weights_of
+from exograv.laboratory.weighing_command import is_enough, run_weighing
 from exograv.procedures.weighing.arm_check import RESTLESS_TEXT, SURE, ArmCheck, in_doubt_not_refused
+from exograv.procedures.weighing.options import DRAWN_KG, WeighOptions
 from exograv.results import json_value
 
 
@@ -16,8 +16,8 @@ def test_what_cannot_be_weighed_is_refused(options: dict):
 
 
 def test_a_weight_is_drawn_where_none_is_named_and_zero_means_none():
-    assert weights_of(WeighOptions(seed=3))["hand"] in DRAWN_KG
-    assert weights_of(WeighOptions(hand_weight_kg=0.0)) == {}
+    assert WeighOptions(seed=3).weights["hand"] in DRAWN_KG
+    assert WeighOptions(hand_weight_kg=0.0).weights == {}
 
 
 def test_a_form_that_no_person_fits_is_refused_before_anything_moves():

@@ -6,6 +6,7 @@ import pytest
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.arm import held_weight
 from exograv.model.support import sample_postures
+from exograv.motion import Passage
 from exograv.procedures.weighing.weighing_path import WeighingPath, informative_path
 
 ROUNDING = 1e-4  # rad: at the ends of a path, which are slowed down
@@ -17,17 +18,17 @@ def way() -> WeighingPath:
 
 
 def test_it_begins_and_ends_at_rest_where_less_is_asked(way):
-    path = way.trajectory(20.0, 0.001)
+    path = way.cycles(20.0, 0.001).table()
     np.testing.assert_allclose(path.q[[0, -1]], [way.low, way.low], atol=ROUNDING)
     np.testing.assert_allclose(path.v[[0, -1]], 0.0, atol=0.01)
 
 
 def test_no_joint_is_quicker_than_the_pace(way):
-    assert np.abs(way.trajectory(20.0, 0.001).v).max() <= way.speed * (1.0 + 1e-9)
+    assert np.abs(way.cycles(20.0, 0.001).table().v).max() <= way.speed * (1.0 + 1e-9)
 
 
 def test_it_is_gone_once_at_least_and_reaches_its_other_end(way):
-    path = way.trajectory(0.0, 0.001)
+    path = way.cycles(0.0, 0.001).table()
     assert abs(path.seconds - way.period_s) < 1.1
     assert np.abs(path.q - way.high).max(axis=1).min() < 0.02
 
@@ -42,3 +43,24 @@ def test_no_other_two_postures_change_the_torque_much_more(model, believed_arm):
     largest = max(np.linalg.norm(a - b) for a in asked.values() for b in asked.values())
     assert change > 0.7 * largest
     assert np.abs(asked[tuple(way.low)]).sum() <= np.abs(asked[tuple(way.high)]).sum()
+
+
+@pytest.mark.parametrize("seconds", [0.0, 20.0])
+@pytest.mark.parametrize("dt", [0.001, 0.004])
+def test_it_is_the_same_tick_by_tick_as_in_a_table(seconds: float, dt: float, way: WeighingPath):
+    path = way.cycles(seconds, dt)
+    table = path.table()
+    assert len(path) == len(table)
+    q, v, a = (np.array(column) for column in zip(*map(path.at, range(len(path))), strict=True))
+    # The table interpolates between the samples of the sine where it is eased.
+    np.testing.assert_allclose(q, table.q, atol=3e-5)
+    np.testing.assert_allclose(v, table.v, atol=1e-3)
+    np.testing.assert_allclose(a, table.a, atol=2e-2)
+
+
+def test_a_passage_is_the_same_tick_by_tick_as_in_a_table(way: WeighingPath):
+    passage = Passage.planned(way.low, way.high, 0.6, 1.0, 0.004)
+    table = passage.table()
+    assert len(passage) == len(table)
+    for tick in (0, 10, len(passage) - 1):
+        np.testing.assert_allclose(passage.at(tick)[0], table.q[tick], rtol=1e-12)

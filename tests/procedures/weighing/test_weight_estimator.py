@@ -20,7 +20,7 @@ def weighed(model, believed_arm, heard):
 
     def at(place: WeightPlace, kg: float, farther_m: float = 0.0):
         way = informative_path(model, x, held_weight(model.assembly.arm, 1.0, at=place), 0.7, postures)
-        path = way.trajectory(15.0, PATH_DT)
+        path = way.cycles(15.0, PATH_DT).table()
         # The identified arm is ten times more certain than the table, and not exactly right.
         truth = x + 0.1 * np.sqrt(np.diag(covariance)) * np.random.default_rng(1001).standard_normal(len(x))
         loaded = truth.copy()

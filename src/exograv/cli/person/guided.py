@@ -5,14 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
+from exograv.live.options import PersonForm
 from exograv.next_command import same_machine
+from exograv.procedures.rehabilitation.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from exograv.laboratory.guided.guided_command import GuidedResult, RepeatedFigures, TaughtFigures
     from exograv.laboratory.guided.mirror_command import FollowedFigures
+    from exograv.live.on_drives.guided import RepeatedOnDrives, TaughtOnDrives
     from exograv.procedures.rehabilitation.guided.floating_arm import GuardRecord
 
 
@@ -38,37 +40,85 @@ class TaughtPath:
     """Code of the participant, if the path was taught with one. A path of another participant is refused."""
 
 
-def run_teach_command(options: GuidedOptions, new: NewPath, common: OutFolder) -> "GuidedResult[TaughtFigures]":
+def run_teach_command(
+    options: GuidedOptions, new: NewPath, person: PersonForm, common: OutFolder
+) -> "GuidedResult[TaughtFigures] | TaughtOnDrives":
     """Float the arm while a therapist leads it once, and store the path, checked and slowed down where necessary."""
+    code, path = _code(new.code) or "", path_in(common.out, new.path)
+    refuse_unwritable(path, "--path or --out")
+    if options.is_on_drives:
+        taught = _teach_on_drives(options, path, code, person, common.out)
+        _say_taught(taught, options, new, code, common.out)
+        return taught
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_teach
 
-    code, path = _code(new.code) or "", path_in(common.out, new.path)
-    refuse_unwritable(path, "--path or --out")
     with bars() as progress:
         result = run_teach(options, path, code, common.out, progress)
-    found = result.found
+    _say_taught(result.found, options, new, code, common.out)
+    return result
+
+
+def _teach_on_drives(
+    options: GuidedOptions, path: Path, code: str, person: PersonForm, folder: Path
+) -> "TaughtOnDrives":
+    from exograv.api.rig_factory import simulated_wearer
+    from exograv.cli.shell.motion_note import say_motion
+    from exograv.cli.shell.terminal import bars, say, say_unbroken
+    from exograv.live.on_drives.guided import run_teach_on_drives
+
+    refuse_unwritable(folder / "teach.mcap", "--out")  # Checked now, not after minutes of preparation.
+    say_motion(options.rig)
+    with bars() as progress:
+        result = run_teach_on_drives(options, path, code, person, folder, progress, say, simulated_wearer(options))
+    say_unbroken(f"Recording: {result.recording}")
+    return result
+
+
+def _say_taught(
+    found: "TaughtFigures | TaughtOnDrives", options: GuidedOptions, new: NewPath, code: str, folder: Path
+) -> None:
     slower = f", {found.stretched:.1f} times slower than the therapist moved" if found.stretched > 1.0 else ""
     print(f"A path of {found.seconds:.1f} s{slower}: {found.path}")
     more = [] if new.path is None else ["--path", str(new.path)]
     more += ["--code", code] if code else []
-    print("Repeat it with:", same_machine("run repeat", options, common.out, " ".join(more)))
-    return result
+    print("Repeat it with:", same_machine("run repeat", options, folder, " ".join(more)))
 
 
 def run_repeat_command(
-    options: RepeatOptions, taught: TaughtPath, common: OutFolder
-) -> "GuidedResult[RepeatedFigures]":
+    options: RepeatOptions, taught: TaughtPath, person: PersonForm, common: OutFolder
+) -> "GuidedResult[RepeatedFigures] | RepeatedOnDrives":
     """Lead the weightless arm along a taught path, and release it if the person resists."""
+    path = path_in(common.out, taught.path)
+    if options.is_on_drives:
+        return _repeat_on_drives(options, path, _code(taught.code), person, common.out)
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_repeat
 
-    path = path_in(common.out, taught.path)
     with bars() as progress:
         result = run_repeat(options, path, _code(taught.code), common.out, progress)
     found, done = result.found, result.found.session
     print(f"{done.outcome.value} Complete repetitions: {done.repetitions} of {options.repetitions}.")
     say_followed(done.tracking_rms_deg, done.pull_max_Nm, found.guard)
+    return result
+
+
+def _repeat_on_drives(
+    options: RepeatOptions, path: Path, code: str | None, person: PersonForm, folder: Path
+) -> "RepeatedOnDrives":
+    from exograv.api.rig_factory import simulated_wearer
+    from exograv.cli.shell.motion_note import say_motion
+    from exograv.cli.shell.terminal import bars, say, say_unbroken
+    from exograv.live.on_drives.guided import run_repeat_on_drives
+
+    refuse_unwritable(folder / "repeat.mcap", "--out")  # Checked now, not after minutes of preparation.
+    say_motion(options.rig)
+    with bars() as progress:
+        result = run_repeat_on_drives(options, path, code, person, folder, progress, say, simulated_wearer(options))
+    done = result.session
+    print(f"{done.outcome.value} Complete repetitions: {done.repetitions} of {options.repetitions}.")
+    _say_tracked(done.tracking_rms_deg, done.pull_max_Nm)
+    say_unbroken(f"Recording: {result.recording}")
     return result
 
 
@@ -91,10 +141,14 @@ def run_mirror_command(options: MirrorOptions, common: OutFolder) -> "GuidedResu
 
 def say_followed(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]", guard: "GuardRecord") -> None:
     """Print the tracking error of the arm, the largest guiding torque, and the ticks that the guard limited."""
+    _say_tracked(rms_deg, pull_max_Nm)
+    print(f"The guard limited {guard.limited_ticks} of {guard.ticks} ticks.")
+
+
+def _say_tracked(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]") -> None:
     worst = max(rms_deg, default=None)
     tracked = "No path was followed" if worst is None else f"Tracking error {worst:.1f}° RMS at the worst joint"
-    print(f"{tracked}; guiding torque at most {max(pull_max_Nm):.1f} N·m. The guard limited "
-          f"{guard.limited_ticks} of {guard.ticks} ticks.")  # fmt: skip
+    print(f"{tracked}; guiding torque at most {max(pull_max_Nm):.1f} N·m.")
 
 
 def path_in(folder: Path, named: Path | None) -> Path:

@@ -134,6 +134,16 @@ def _verify(options: Any) -> float:
     return _prepared(options) + VERIFIED_S
 
 
+def _weigh(options: Any) -> float | None:
+    # On drives the operator puts the weights into their places.
+    return None if options.is_on_drives else _prepared(options) + WEIGHED_S
+
+
+def _repeat(options: Any) -> float | None:
+    # On drives the length of the path and the person decide.
+    return None if options.is_on_drives else CALIBRATION_S + 3.0 + options.repetitions / options.speed
+
+
 def _assist(options: Any) -> float | None:
     return None if options.is_on_drives else CALIBRATION_S + 20.0  # On drives the person's attempts decide.
 
@@ -243,13 +253,13 @@ DURATIONS: dict[str, Seconds] = {
     "twin compare": lambda options: 4.0 + 0.15 * options.seconds,
     "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
-    "arm weigh": lambda options: _prepared(options) + WEIGHED_S,
+    "arm weigh": _weigh,
     "arm verify": _verify,
     "run live": _live,
     "run train": _train,
     "run assist": _assist,
-    "run teach": lambda _: CALIBRATION_S + 3.0,
-    "run repeat": lambda options: CALIBRATION_S + 3.0 + options.repetitions / options.speed,
+    "run teach": lambda options: None if options.is_on_drives else CALIBRATION_S + 3.0,
+    "run repeat": _repeat,
     "run mirror": lambda options: CALIBRATION_S + 30.0 + 0.5 * options.seconds,
     "run support-level": _support_level,
     "study add": lambda options: _by_size(options, 0.1, "files"),

@@ -13,12 +13,14 @@ from exograv.errors import ConfigError
 from exograv.laboratory.preparation import Preparation, prepare
 from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
+from exograv.loop.floating_machine import PilotedMachine
 from exograv.loop.pilot import Progress
 from exograv.model.description import ArmSide
-from exograv.options import WorldName
+from exograv.options import TwinOptions, WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.rehabilitation.guided.floating_arm import FloatingArm, GuardRecord, rms_deg
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
+from exograv.procedures.rehabilitation.guided.options import GuidedOptions, PersonKind, RepeatOptions
 from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
 from exograv.procedures.rehabilitation.guided.repeat import RepeatFigures, repeat
 from exograv.procedures.rehabilitation.guided.taught_path import make_taught_path, read_taught, write_taught
@@ -27,7 +29,6 @@ from exograv.recording import RecordingWriter
 from exograv.results import MERGED, OPTIONAL, json_value
 from exograv.rig.twin import Twin
 
-from .options import GuidedOptions, PersonKind, RepeatOptions
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 AFTER_S = 1.0
@@ -99,7 +100,11 @@ def run_teach(
         start = laboratory.description.donning_posture
         movement = drawn_movement(laboratory.description, options.seed, start, arm.rig.period_s)
         therapist = Therapist(arm.rig, movement)
-        path_found = teach(arm, movement.seconds + AFTER_S, therapist.act)
+        # The pilot flies in slices without a text of their own.
+        arm.pilot.progress = lambda _text, _share: None
+        progress("The arm floats; lead it", 0.0)
+        machine = PilotedMachine(arm.pilot, arm.controller, therapist.act)
+        path_found = teach(machine, arm.controller.assembly, movement.seconds + AFTER_S)
         whole = make_taught_path(
             path_found, laboratory.description, code, datetime.now(UTC).replace(microsecond=0), True
         )
@@ -161,7 +166,7 @@ def floating_twin(
     return FloatingArm(worn.twin, worn.pilot, worn.controller)
 
 
-def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
+def _of_one_arm(options: TwinOptions) -> VirtualLaboratory:
     laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed, options.world)
     if len(laboratory.description.arm_sides) > 1:
         raise ConfigError(
@@ -184,14 +189,18 @@ def _person(kind: PersonKind, arm: FloatingArm[Twin]) -> Callable[[], bool]:
     return act
 
 
-def writer_of(path: Path, options: GuidedOptions, laboratory: VirtualLaboratory, command: str) -> RecordingWriter:
+def writer_of(path: Path, options: TwinOptions, laboratory: VirtualLaboratory, command: str) -> RecordingWriter:
     """Create the recording of this run, to be used in a `with` statement."""
     settings = run_settings(laboratory, command, options.level, options.seed, {"options": options})
     return RecordingWriter(path, laboratory.description.joints, json_value(settings))
 
 
 def guided_result(
-    found: Found, options: GuidedOptions, laboratory: VirtualLaboratory, recorded: Path, lead: ArmSide | None = None
+    found: Found,
+    options: TwinOptions,
+    laboratory: VirtualLaboratory,
+    recorded: Path,
+    lead: ArmSide | None = None,
 ) -> GuidedResult[Found]:
     """Add the common figures of all guided runs to the findings."""
     description = laboratory.description

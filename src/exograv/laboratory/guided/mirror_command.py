@@ -14,11 +14,11 @@ from exograv.procedures.rehabilitation.guided.floating_arm import GuardRecord
 from exograv.procedures.rehabilitation.guided.mirror import MirrorFigures, mirror
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
+from exograv.procedures.rehabilitation.guided.options import MirrorOptions
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S
 from exograv.results import MERGED, json_value
 
 from .guided_command import GuidedResult, Preparing, floating_twin, guided_result, writer_of
-from .options import MirrorOptions
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 MEETS_S = 3.0

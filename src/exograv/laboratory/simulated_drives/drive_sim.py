@@ -12,6 +12,7 @@ from exograv.errors import ConfigError, RigError
 from exograv.laboratory.attentive_wearer import AttentiveHold
 from exograv.laboratory.cooperative_wearer import ArmHold
 from exograv.laboratory.dummy_arm import with_dummy
+from exograv.laboratory.guided.therapist_and_wearer import Therapist, drawn_movement
 from exograv.laboratory.options import DriveSimOptions
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, machine_of, with_twin
 from exograv.loop.machine_limits import refuse_motorless
@@ -133,8 +134,27 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
         laboratory = with_dummy(laboratory, load_dummy(options.dummy), options.seed)
     twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
-    plant.before_step, plant.hear = _relaxed(plant, twin, laboratory)
+    hold, plant.hear = _relaxed(plant, twin, laboratory)
+    plant.before_step, plant.therapist = _with_therapist(hold, twin, description, options.seed)
     return plant
+
+
+def _with_therapist(
+    hold: Callable[[], None], twin: Twin, description: RigDescription, seed: int
+) -> tuple[Callable[[], None], Callable[[], None]]:
+    """Return the acts of wearer and therapist in each step, and the function with which the therapist begins."""
+    therapist: list[Therapist] = []
+
+    def act() -> None:
+        hold()
+        if therapist:
+            therapist[0].act()
+
+    def begin() -> None:
+        movement = drawn_movement(description, seed, twin.truth.q, twin.period_s)
+        therapist[:] = [Therapist(twin, movement)]
+
+    return act, begin
 
 
 def _relaxed(plant: Plant, twin: Twin, laboratory: VirtualLaboratory) -> tuple[Callable[[], None], Hear]:

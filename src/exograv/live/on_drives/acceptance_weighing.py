@@ -14,6 +14,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import limits
 from exograv.loop.mode_ramp import fade
+from exograv.loop.moved_machine import PilotedArm
 from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.phases import FLOATING, TRAVEL_RAD_S, WEIGHING
 from exograv.loop.pilot import Pilot, Progress
@@ -111,7 +112,7 @@ class _DummyOnDrives:
         """Return the steps of weighing and carrying."""
         pilot, controller = self._pilot, self._controller
         self._take_dummy()
-        found = weigh(pilot, controller, self._model, self._arm, self._hang)
+        found = weigh(PilotedArm(pilot, controller), self._model, self._arm, self._hang)
         error = found.mass - self._weight_kg
         allowed = max(ERROR_SHARE * self._weight_kg, ERROR_KG)
         low, high = found.ci95

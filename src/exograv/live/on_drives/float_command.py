@@ -14,12 +14,15 @@ from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import LiveFigures, live_figures
 from exograv.live.live_flight import fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, person_believed, unknown_person
-from exograv.live.live_procedure import LiveProcedure
+from exograv.live.live_moved import LiveMoved
+from exograv.live.live_procedure import LiveFloat, LiveProcedure
 from exograv.live.live_processes import LiveResult, Running
 from exograv.live.options import LiveOptions, PersonForm
+from exograv.live.procedure_orders import OrderMemory, TaughtRows
 from exograv.loop.floating_machine import FloatingMachine
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import refuse_motorless
+from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
@@ -96,6 +99,10 @@ class Procedure:
     """Function that is called after the flight, while simulated drives still exist and the bus is free."""
     performs: Callable[[FloatingMachine, Hands, Progress], object] | None = None
     """Procedure with the floating arm, after which the arm is let down; None to let it float for the given time."""
+    moves: Callable[[LiveMoved, Hands, Progress], object] | None = None
+    """Procedure that moves the identified arm, in the place of `performs`."""
+    taught: TaughtRows | None = None
+    """Taught path for a procedure that moves the arm."""
     on_purpose: tuple[StopReason, ...] = ()
     """Reasons of a stop that the procedure causes itself."""
 
@@ -167,16 +174,18 @@ def fly_on_drives(
         lesson = lesson_plan(
             prepared, options.identify_s, period_s, stack, verification, passes_s, belief, told.body.mass_kg
         )
+        ordered = None if procedure.moves is None else OrderRings(stack, assembly.n, procedure.taught)
         plan = LivePlan(
             description, told, prepared, limits, 0.0,
             partial(open_drives, drives, lock_step=options.waits), round(1e9 * period_s), lesson, key,
+            orders=None if ordered is None else ordered.memory,
         )  # fmt: skip
         listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
         lsl = streaming_of(options, description, period_s, listening)
         if not options.simulate:
             _await_enter(say, procedure.ready)
         said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
-        performed = _performed(procedure, hands, prepared, period_s, progress)
+        performed = _performed(procedure, hands, prepared, period_s, progress, ordered)
         watch = PersonWatch(progress, lambda running: procedure.acts(running, hands), performed)
         with contextlib.nullcontext() if performed is None else performed:
             flown = fly_plan(plan, options.loop_s + passes_s, path, said, watch, watch.begin, is_tested=True, lsl=lsl)
@@ -208,9 +217,35 @@ def _belief(
     return belief_today(before, prepared.assembly, prepared.machine, now)[0]
 
 
+class OrderRings:
+    """Memory between a procedure that moves the arm and control, for the time of a flight."""
+
+    def __init__(self, stack: contextlib.ExitStack, joints: int, taught: TaughtRows | None):
+        """Create the memory. It lives as long as `stack`."""
+        size = OrderMemory(joints, taught=taught)
+        self.orders = stack.enter_context(contextlib.closing(size.order_ring()))
+        self.followed = stack.enter_context(contextlib.closing(size.followed_ring()))
+        self.memory = replace(size, orders=self.orders.name, followed=self.followed.name)
+
+
 def _performed(
-    procedure: Procedure, hands: Hands, prepared: ControllerKnowledge, period_s: float, progress: Progress
+    procedure: Procedure,
+    hands: Hands,
+    prepared: ControllerKnowledge,
+    period_s: float,
+    progress: Progress,
+    ordered: OrderRings | None,
 ) -> LiveProcedure | None:
+    if ordered is not None and (moves := procedure.moves) is not None:
+        progress("Preparing the person's limits", 0.0)
+        model = ArmModel(prepared.assembly, prepared.machine)
+        limits = LimitsMaker(prepared.assembly, prepared.machine, prepared.x)
+
+        def moved(machine: LiveFloat, shown: Progress) -> None:
+            rings = ordered.orders, ordered.followed
+            moves(LiveMoved(machine, rings, limits, model, period_s, shown), hands, shown)
+
+        return LiveProcedure(moved, prepared, period_s, progress)
     if (performs := procedure.performs) is None:
         return None
     return LiveProcedure(lambda machine, shown: performs(machine, hands, shown), prepared, period_s, progress)

@@ -40,7 +40,7 @@ def first_motion(pilot: Pilot, controller: ArmController, model: ArmModel) -> li
     postures = sample_postures(model.assembly.description, CANDIDATES)[1:]
     way = informative_path(model, x, x[ParameterLayout.of(model.assembly).phi], SPEED, postures)
     approach = motion.go_to(pilot.q, way.low, TRAVEL, dt)
-    to_and_fro = way.trajectory(max(SECONDS - approach.seconds, 0.0), dt)
+    to_and_fro = way.cycles(max(SECONDS - approach.seconds, 0.0), dt).table()
     listener = MotionListener(model.n_joints, dt)
     pilot.run(controller, motion.joined([approach, to_and_fro]), text, listener)
     return listener.samples

@@ -10,13 +10,11 @@ from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.prior import prior
-from exograv.loop.arm_controller import ArmController
-from exograv.loop.mode_ramp import fade
+from exograv.loop.moved_machine import MovedMachine, approach
 from exograv.loop.phases import WEIGHING
-from exograv.loop.pilot import Pilot
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.support import sample_postures
-from exograv.motion import Trajectory
+from exograv.motion import Cycles
 from exograv.options import HEAVIEST_KG
 
 from .motion_samples import MotionListener
@@ -26,12 +24,12 @@ from .weight_estimator import Weighing, WeightEstimator, WeightPasses
 TORQUE_SHARE = 0.8  # share of a motor's torque for arm, weight and friction at rest; the rest is for motion
 SPEED = 0.7  # rad/s: a little faster than a relaxed arm is moved by hand
 PASS_S = 60.0
+FADES_S = 3.0  # the machine lets go of a weight as slowly as the torque of its motors may change
 CANDIDATES = 64  # postures of the task workspace; every pair is a possible path
 
 
 def weigh(
-    pilot: Pilot,
-    controller: ArmController,
+    machine: MovedMachine,
     model: ArmModel,
     arm: Estimate,
     hang: Callable[[bool], None],
@@ -42,40 +40,58 @@ def weigh(
     The machine carries the weight from the first rough estimate on, so that both passes go through the same postures.
 
     Args:
-        pilot: Pilot of the worn machine.
-        controller: Controller of the arm; it drives the arm afterwards, too.
+        machine: Machine that carries the arm; it holds the arm afterwards, too.
         model: Model of this arm in the machine as calibrated.
-        arm: Arm as identified, without the weights that the controller carries already.
+        arm: Arm as identified, without the weights that the machine carries already.
         hang: Function that puts the weight into its place, or removes it; the wearer's part.
         place: Place of the weight, in the hand or at the forearm.
 
     Raises:
         RigError: The machine cannot carry `HEAVIEST_KG` there, or the envelope stopped the run.
     """
-    dt, text = pilot.rig.period_s, f"Weighing at the {place}"
-    x = arm.x.copy()
-    for where, mass in controller.weights.items():
-        x[parameters.ParameterLayout.of(model.assembly).phi] += held_weight(model.assembly.arm, mass, at=where)
+    dt, text = machine.period_s, f"Weighing at the {place}"
+    x = _with_others(machine, model, arm, place)
     way = path_for_weight(model, x, place)
     estimator = WeightEstimator(model, x, _covariance(arm, model), place)
-    fade(pilot, controller, "drive", WEIGHING.drive.goal(is_known=True), pilot.q.copy())
-    fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
-    if pilot.worn is not None:  # only now, because a floating arm may move faster than one that is weighed
-        pilot.worn.weigh(x, place, SPEED)
+    machine.lead()
+    machine.expect_weight(x, place, SPEED)  # only now, because a floating arm may move faster than one that is weighed
     hang(False)
-    empty = _heard(pilot, controller, way, way.trajectory(PASS_S, dt), f"{text}: without")
+    empty = _heard(machine, way, way.cycles(PASS_S, dt), f"{text}: without")
     hang(True)
-    once = way.trajectory(0.0, dt)
-    first = _heard(pilot, controller, way, once, f"{text}: first estimate")
+    first = _heard(machine, way, way.cycles(0.0, dt), f"{text}: first estimate")
     rough = estimator.weigh(WeightPasses(empty[: len(first)], first))
-    controller.carry(place, float(np.clip(rough.mass, 0.0, HEAVIEST_KG)), pilot.q)
-    loaded = _heard(pilot, controller, way, way.trajectory(PASS_S, dt), f"{text}: with")
+    machine.carry(place, float(np.clip(rough.mass, 0.0, HEAVIEST_KG)))
+    loaded = _heard(machine, way, way.cycles(PASS_S, dt), f"{text}: with")
     found = estimator.weigh(WeightPasses(empty, loaded), rough.mass)
-    controller.carry(place, max(found.mass, 0.0), pilot.q)
-    if pilot.worn is not None:
-        weights = [held_weight(model.assembly.arm, mass, at=where) for where, mass in controller.weights.items()]
-        pilot.worn.know(arm.x, np.sum(weights, axis=0) if weights else None)
+    machine.carry(place, max(found.mass, 0.0))
+    machine.know(arm.x)
     return found
+
+
+def put_down(
+    machine: MovedMachine, model: ArmModel, arm: Estimate, hang: Callable[[bool], None], place: WeightPlace
+) -> None:
+    """Have a weight that was weighed removed, and carry it no more. The machine holds the arm meanwhile.
+
+    Raises:
+        RigError: The machine was stopped.
+    """
+    machine.expect_weight(_with_others(machine, model, arm, place), place, SPEED)
+    hang(False)
+    machine.carry(place, 0.0)
+    machine.hold(FADES_S, f"The weight at the {place} is off")
+    machine.know(arm.x)
+
+
+def _with_others(
+    machine: MovedMachine, model: ArmModel, arm: Estimate, place: WeightPlace
+) -> Float[np.ndarray, " parameter"]:
+    """Return the parameters of the arm with the weights that are carried at other places."""
+    x, phi = arm.x.copy(), parameters.ParameterLayout.of(model.assembly).phi
+    for where, mass in machine.weights.items():
+        if where != place:
+            x[phi] += held_weight(model.assembly.arm, mass, at=where)
+    return x
 
 
 def path_for_weight(model: ArmModel, x: parameters.Parameters, place: WeightPlace) -> WeighingPath:
@@ -103,12 +119,11 @@ def path_for_weight(model: ArmModel, x: parameters.Parameters, place: WeightPlac
     return informative_path(model, x, held, SPEED, postures[share <= 1.0])
 
 
-def _heard(pilot: Pilot, controller: ArmController, way: WeighingPath, path: Trajectory, text: str) -> Sequence[Sample]:
+def _heard(machine: MovedMachine, way: WeighingPath, path: Cycles, text: str) -> Sequence[Sample]:
     """Move to the start of the path, wait until all is calm, and return the samples of the path."""
-    dt = pilot.rig.period_s
-    pilot.run(controller, WEIGHING.approach(pilot.q, way.low, dt), text)
-    listener = MotionListener(len(way.low), dt)
-    pilot.run(controller, path, text, listener)
+    approach(machine, WEIGHING, way.low, text)
+    listener = MotionListener(len(way.low), machine.period_s)
+    machine.follow(path, text, listener.take)
     return listener.samples
 
 

@@ -3,7 +3,7 @@
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.loop.tick_sample import TickSample
+from exograv.loop.tick_sample import Joints, TickSample
 
 SAMPLE_S = BATCH_PERIOD_S
 """Averaging time of a stored sample [s], as in identification."""
@@ -24,14 +24,18 @@ class SampleCollector:
 
 
 class MotionListener:
-    """Listener for `Pilot.run` that stores averaged samples of a motion without identification."""
+    """Listener that stores averaged samples of a motion without identification."""
 
     def __init__(self, joints: int, dt: float):
         self._filter, self._kept = SampleFilter(joints, dt), SampleCollector()
 
     def __call__(self, moment: TickSample) -> None:
-        """Filter the measurement of one tick. Samples are stored after the filter has settled."""
-        sample = self._filter.update(moment.state.q, moment.tau_measured)
+        """Take one tick of `Pilot.run`."""
+        self.take(moment.state.q, moment.tau_measured)
+
+    def take(self, q: Joints, tau: Joints) -> None:
+        """Filter position [rad] and torque [N·m] of one tick. Samples are stored after the filter has settled."""
+        sample = self._filter.update(q, tau)
         if self._filter.settled:
             self._kept(sample)
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from exograv import motion
 from exograv.dynamics import parameters
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.prior import disturbance_sd
-from exograv.motion import Trajectory
+from exograv.motion import Cycles
 
 from .slow_torque import CORRELATION_S
 
@@ -45,17 +44,13 @@ class WeighingPath:
         """Duration of one cycle, there and back [s]."""
         return _period(self.low, self.high, self.speed)
 
-    def trajectory(self, seconds: float, dt: float) -> Trajectory:
+    def cycles(self, seconds: float, dt: float) -> Cycles:
         """Return a sine from `low` to `high` and back, once or as often as fits into `seconds`; it ends at `low`.
 
         A path with harmonics would make a weight swing in the soft cuffs, and would rest for longer at its ends.
         """
-        period = self.period_s
-        whole = max(1, round((seconds - EASE_S) / period)) * period
-        centre, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
-        still = np.zeros_like(half)
-        path = motion.fourier(centre, still[None], -half[None], period, whole + EASE_S / 2, dt)
-        return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
+        count = max(1, round((seconds - EASE_S) / self.period_s))
+        return Cycles(self.low, self.high, self.period_s, count, EASE_S, dt)
 
 
 def _period(start: Joints, goal: Joints, speed: float) -> float:

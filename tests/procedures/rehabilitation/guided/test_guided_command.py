@@ -5,7 +5,7 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.laboratory.guided.mirror_command import followed
-from exograv.laboratory.guided.options import MirrorOptions, RepeatOptions
+from exograv.procedures.rehabilitation.guided.options import MirrorOptions, RepeatOptions
 
 DT = 0.001
 

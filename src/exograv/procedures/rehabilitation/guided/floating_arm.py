@@ -10,9 +10,10 @@ from exograv import motion
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.output_feedback import Guide
-from exograv.loop.phases import FLOATING, Drive
+from exograv.loop.phases import FLOATING, Drive, Phase
 from exograv.loop.pilot import Pilot
-from exograv.loop.tick_sample import TickSample
+from exograv.loop.tick_sample import Joints, TickSample
+from exograv.model.description import RigDescription
 from exograv.rig import Rig
 from exograv.safety.stops import StopReason
 
@@ -39,6 +40,25 @@ class FloatingArm(Generic[AnyRig]):
     rig: AnyRig
     pilot: Pilot
     controller: ArmController
+
+    @property
+    def q(self) -> Joints:
+        """Joint position at the last tick [rad]."""
+        return self.pilot.q
+
+    @property
+    def period_s(self) -> float:
+        """Period of the control loop [s]."""
+        return self.pilot.rig.period_s
+
+    @property
+    def description(self) -> RigDescription:
+        """Description of the machine."""
+        return self.controller.assembly.description
+
+    def begin(self, phase: Phase | str) -> None:
+        """Note in the recording the phase that begins."""
+        self.pilot.begin(phase)
 
     def lead(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
         """Fade from floating to guided: the control law's feedback comes by a ramp, and with it the guide's pull."""

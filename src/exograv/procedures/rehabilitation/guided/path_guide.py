@@ -9,7 +9,7 @@ comes back is led on; a person who stays away is released.
 import numpy as np
 from jaxtyping import Float
 
-from exograv.motion import Trajectory
+from exograv.motion import Passage, Trajectory
 from exograv.signals import Reference
 
 from .grip import DROP_S, FREE, GRIP_S, GripOutcome, next_grip, pace
@@ -24,7 +24,7 @@ FASTER_PER_S, SLOWER_PER_S = 0.5, 10.0
 class PathGuide:
     """Guide along a path: turns the arm's position into a reference for the control law; call it once per tick."""
 
-    def __init__(self, path: Trajectory, strength: PullStrength, speed: float, grip: float = 0.0):
+    def __init__(self, path: Trajectory | Passage, strength: PullStrength, speed: float, grip: float = 0.0):
         """Prepare the guide; guidance starts with `lead`.
 
         Args:
@@ -39,10 +39,10 @@ class PathGuide:
         """Share of the pull that acts."""
         self.rate = 0.0
         """Rate of time on the path [s/s]."""
-        self.tau = np.zeros(path.q.shape[1])
-        """Pull at the last tick [N·m]."""
-        self.target = path.q[0].copy()
+        self.target = path.at(0)[0].copy()
         """Target of the arm at the last tick [rad]."""
+        self.tau = np.zeros_like(self.target)
+        """Pull at the last tick [N·m]."""
         self.place = 0.0
         """Position on the path, in ticks."""
         self.waited_s = 0.0
@@ -92,8 +92,8 @@ class PathGuide:
     def _at(self, place: float) -> tuple[Joints, Joints, Joints]:
         """Position, velocity and acceleration of the path between two ticks."""
         k = min(int(place), len(self.path) - 2)
-        s, path = place - k, self.path
-        q, v, a = ((1.0 - s) * table[k] + s * table[k + 1] for table in (path.q, path.v, path.a))
+        s, now, then = place - k, self.path.at(k), self.path.at(k + 1)
+        q, v, a = ((1.0 - s) * one + s * other for one, other in zip(now, then, strict=True))
         return q, v, a
 
 
@@ -102,7 +102,9 @@ class Anchor:
 
     def __init__(self, q: Joints, strength: PullStrength, dt: float):
         """Prepare the anchor for an arm at `q` [rad], without pull."""
-        self._strength, self._dt, self._lets_go = strength, dt, False
+        self._strength, self._dt = strength, dt
+        self.lets_go = False
+        """True if the arm is being released."""
         self.grip = 0.0
         """Share of the pull that acts."""
         self.target = q.copy()
@@ -110,13 +112,13 @@ class Anchor:
 
     def let_go(self) -> None:
         """Release the arm, as `PathGuide` does."""
-        self._lets_go = True
+        self.lets_go = True
 
     def __call__(self, q: Joints, v: Joints) -> Reference:
         """Return the reference for the control law, as `PathGuide` does."""
         slack = FREE * REACH_RAD
         self.target = np.clip(self.target, q - slack, q + slack)
-        more = -1.0 / DROP_S if self._lets_go else 1.0 / GRIP_S
+        more = -1.0 / DROP_S if self.lets_go else 1.0 / GRIP_S
         self.grip = min(max(self.grip + self._dt * more, 0.0), 1.0)
         still = np.zeros_like(q)
         there = Reference(self.target, still, still)

@@ -7,11 +7,12 @@ import numpy as np
 
 from exograv import motion
 from exograv.loop.phases import FLOATING
-from exograv.loop.tick_sample import TickSample
-from exograv.motion import Trajectory
+from exograv.loop.tick_sample import ObservedMotion
+from exograv.motion import Passage, Trajectory
 
-from .floating_arm import FloatingArm, rms_deg
+from .floating_arm import rms_deg
 from .grip import DROP_S, GRIP_S, GripOutcome
+from .guided_arm import GuidedArm
 from .path_guide import Anchor, PathGuide
 from .pull import PullStrength
 
@@ -70,7 +71,7 @@ class RepeatResult:
 
 
 def repeat(
-    flown: FloatingArm,
+    flown: GuidedArm,
     path: Trajectory,
     speed: float,
     repetitions: int,
@@ -96,25 +97,25 @@ def repeat(
 class _Session:
     """State of one session: callbacks and the result so far."""
 
-    def __init__(self, flown: FloatingArm, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
+    def __init__(self, flown: GuidedArm, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
         self._flown, self._act, self._watch = flown, act, watch
-        self._strength = PullStrength.of(flown.controller.assembly.description)
-        self._done, self._wants_out = RepeatResult(pull_max=np.zeros(len(flown.pilot.q))), False
+        self._strength = PullStrength.of(flown.description)
+        self._done, self._wants_out = RepeatResult(pull_max=np.zeros(len(flown.q))), False
 
     def repeat(self, path: Trajectory, speed: float, repetitions: int) -> RepeatResult:
-        flown, pilot, done = self._flown, self._flown.pilot, self._done
-        pilot.begin(FLOATING)
+        flown, done = self._flown, self._done
+        flown.begin(FLOATING)
         if flown.run(SETTLE_S, "The arm floats", self._acting, None, lambda: self._wants_out):
             done.state = GripOutcome.RELEASED
             return done
         guide = self._taken_hold_of()
         for number in range(repetitions):
-            pilot.begin("go to the path")
+            flown.begin("go to the path")
             # The way starts at the arm's target, not at its position, so that the pull makes no step.
-            way = motion.go_to(guide.target, path.q[0], APPROACH_RAD_S, pilot.rig.period_s)
+            way = Passage.planned(guide.target, path.q[0], APPROACH_RAD_S, 0.0, flown.period_s)
             guide = self._along(way, 1.0, guide.grip, counts=False)
             if guide.state is GripOutcome.ARRIVED:
-                pilot.begin(f"repeat {number + 1}")
+                flown.begin(f"repeat {number + 1}")
                 guide = self._along(path, speed, guide.grip, counts=True)
             if guide.state is not GripOutcome.ARRIVED:
                 break
@@ -123,18 +124,18 @@ class _Session:
         done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
         flown.run(2.0 * DROP_S, "Releasing the arm", self._acting, guide)
-        pilot.begin(FLOATING)
+        flown.begin(FLOATING)
         flown.float_again(guide, self._acting)
         return done
 
     def _taken_hold_of(self) -> PathGuide:
         """Grip the arm, and return a guide with a path of one posture."""
-        pilot, strength = self._flown.pilot, self._strength
-        dt = pilot.rig.period_s
-        pilot.begin("take the arm along")
-        anchor = Anchor(pilot.q, strength, dt)
+        flown, strength = self._flown, self._strength
+        dt = flown.period_s
+        flown.begin("take the arm along")
+        anchor = Anchor(flown.q, strength, dt)
 
-        def listen(moment: TickSample) -> None:
+        def listen(moment: ObservedMotion) -> None:
             self._acting(moment)
             if self._wants_out:
                 anchor.let_go()
@@ -143,14 +144,14 @@ class _Session:
         self._flown.run(GRIP_S, "Gripping the arm", listen, anchor, lambda: self._wants_out)
         return PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
 
-    def _along(self, way: Trajectory, speed: float, grip: float, counts: bool) -> PathGuide:
+    def _along(self, way: Trajectory | Passage, speed: float, grip: float, counts: bool) -> PathGuide:
         """Lead the arm along one path until its end or a release. Errors are collected if `counts` is set."""
         guide, done = PathGuide(way, self._strength, speed, grip), self._done
         guide.lead()
         if self._wants_out:
             guide.let_go()
 
-        def listen(moment: TickSample) -> None:
+        def listen(moment: ObservedMotion) -> None:
             self._acting(moment)
             if self._wants_out:
                 guide.let_go()
@@ -169,5 +170,5 @@ class _Session:
         done.waited_s += guide.waited_s
         return guide
 
-    def _acting(self, _moment: TickSample) -> None:
+    def _acting(self, _moment: ObservedMotion) -> None:
         self._wants_out = self._act() or self._wants_out

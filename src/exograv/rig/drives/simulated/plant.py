@@ -90,6 +90,8 @@ class Plant:
         """Function that tells a simulated person in the machine the mode that begins, by its name in lower case."""
         self.person: InstructedWearer | None = None
         """Simulated person in the machine who follows instructions; None if there is none."""
+        self.therapist: Callable[[], object] | None = None
+        """Function with which a simulated therapist begins to move the arm by hand; None if there is none."""
         self._measured = twin.read()
         self._sequence, self._ahead_s = 0, 0.0
         self._frozen: dict[int, tuple[JointState, int]] = {}

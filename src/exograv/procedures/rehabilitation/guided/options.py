@@ -1,18 +1,27 @@
 """Options of commands that move an arm along a path."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Literal
 
-from exograv.options import RigArgument, TwinOptions, Within
+import tyro
+
+from exograv.options import ON_DRIVES, ON_TWIN, RigArgument, TwinOptions, Within, WornOptions
 
 PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
 
 @dataclass(frozen=True)
-class GuidedOptions(TwinOptions):
-    """Options of `exograv run teach`, and of the other commands that move an arm of the twin."""
+class GuidedOptions(WornOptions):
+    """Options of `exograv run teach`, and of `exograv run repeat`."""
 
     rig: RigArgument = "recupera_like_qdd"
+
+    calibration: Annotated[Path | None, ON_DRIVES] = None
+    """File calibration.toml of this machine, by default in the folder of --out; on drives only."""
+
+    identify_s: Annotated[float, tyro.conf.arg(name="identify", metavar="S"), ON_DRIVES] = 60.0
+    """Duration of the motion with which the arm is identified first, 10 or more; on drives only."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +34,12 @@ class RepeatOptions(GuidedOptions):
     repetitions: Annotated[int, Within(1, 100)] = 1
     """Number of repetitions."""
 
-    person: PersonKind = "relaxed"
+    person: Annotated[PersonKind, ON_TWIN] = "relaxed"
     """Action of the simulated person: none, hold the arm for two seconds, hold it, or ask to be let go."""
 
 
 @dataclass(frozen=True)
-class MirrorOptions(GuidedOptions):
+class MirrorOptions(TwinOptions):
     """Options of `exograv run mirror`."""
 
     rig: RigArgument = "recupera_like_dual"
