@@ -3,16 +3,19 @@
     python benchmarks/learning_at_work.py --seeds 4-6
     python benchmarks/learning_at_work.py --seeds 4-6 --start file
     python benchmarks/learning_at_work.py --seeds 4-6 --world all
+    python benchmarks/learning_at_work.py --seeds 10-39 --kept out/learning_at_work.jsonl
 
 Windows of 22 s pass without pointing, because pointing shows nothing of the arm. In each rest the machine takes the
 arm, moves it for 10 s, learns, and returns the arm. The session starts from the table, or from the file that an
 identification of 60 s wrote on the day before. Residual torque: RMS at the held-out postures by the twin's truth.
 Coarse target: 0.5 N·m at the shoulder, 0.25 N·m at the elbow; target: 0.2 and 0.1 N·m.
 Inside: share of the torques at these postures within the 95 % interval of the estimate.
+With `--kept` finished wearers stay in a file, and a second run with the same options continues after them.
 """
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -34,6 +37,8 @@ from exograv.options import WorldName
 from exograv.procedures.identification.estimator_session import Belief, arm_to_carry
 from exograv.procedures.identification.identify import V_MOTION
 from exograv.procedures.identification.rest_learning import REST_MOTION_S, RestLearner, move_in_rest
+from exograv.results import JsonObject, json_value
+from exograv.storage.checkpoint import CheckpointRows
 
 WINDOW_S = 22.0
 COARSE, WORSE_NM = 2.5, 0.05
@@ -52,6 +57,8 @@ class Options:
     """`table`, or `file` of an identification on the day before."""
     rests: int = 6
     motion_s: float = REST_MOTION_S
+    kept: Path | None = None
+    """File (.jsonl) that finished wearers are added to."""
 
 
 @dataclass
@@ -179,12 +186,37 @@ def summed_up(courses: list[Course], target: Joints) -> None:
     print(f"decisions: {dict(Counter(verdict for one in courses for verdict in one.verdicts))}")
 
 
+def rows_of(options: Options) -> CheckpointRows[tuple[int, Course]]:
+    """Open the file of finished wearers."""
+    assert options.kept is not None
+    head = json_value(replace(options, seeds="", kept=None))
+    return CheckpointRows(
+        options.kept,
+        head,
+        resume=True,
+        pack=lambda row: {"seed": row[0], "course": json_value(row[1])},
+        unpack=lambda row: (int(row["seed"]), course_from(row["course"])),
+    )
+
+
+def course_from(kept: JsonObject) -> Course:
+    """Course of a wearer in the file."""
+    arrays = {name: np.array(kept[name]) for name in ("start", "identified")}
+    return Course(**{**kept, **arrays, "left_over": [np.array(one) for one in kept["left_over"]]})
+
+
 if __name__ == "__main__":
     asked = tyro.cli(Options, description=__doc__)
     first, _, last = asked.seeds.partition("-")
+    rows = None if asked.kept is None else rows_of(asked)
+    done = {} if rows is None else dict(rows.rows)
     found = list[Course]()
     for one in range(int(first), int(last or first) + 1):
-        found.append(course_of(asked, one))
+        if one not in done:
+            done[one] = course_of(asked, one)
+            if rows is not None:
+                rows.add((one, done[one]))
+        found.append(done[one])
         told(one, found[-1])
     places = draw_laboratory(asked.rig, None, asked.level, 0).description.places
     summed_up(found, np.array([TARGET_NM[place] for place in places]))

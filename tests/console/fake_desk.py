@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, get_args
 
 from exograv.experiment.steered.requests import LATE_S, Act, Answer, Who
+from exograv.experiment.steered.sentences import say
 from exograv.experiment.steered.view_models import (
     ActKind,
     Lateness,
@@ -245,6 +246,8 @@ class FakeDesk:
             left_over_prior_Nm=(0.7, 0.4, 0.8, 0.3),
             outcome="The arm is identified." if share == 1.0 else "The arm is being moved.",
             is_over=share == 1.0,
+            farthest="elbow_flexion",
+            help=say("learning.again" if share == 1.0 else "learning.relax", left_over="0.13", target="0.1"),
         )
 
 

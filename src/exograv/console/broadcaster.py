@@ -203,7 +203,8 @@ def _shown(hub: Hub) -> dict[str, Any]:
     shown = hub.shown
     learning = None
     if shown.learning is not None:
-        learning = shown.learning.model_dump(mode="json") | {"outcome": spoken(shown.learning.outcome)}
+        said = {"outcome": spoken(shown.learning.outcome), "help": spoken(shown.learning.help)}
+        learning = shown.learning.model_dump(mode="json") | said
     work = shown.work
     if work is not None:
         work = work.model_dump(mode="json") | {"phase": spoken(work.phase), "why": spoken(work.why)}

@@ -161,6 +161,9 @@ class TerminalSession:
         outcome = "" if learning is None else str(learning["outcome"]["text"])
         left_over = [] if learning is None else [f"{value:.2f}" for value in learning["left_over_Nm"]]
         self._say(f"{outcome} Predicted left over: {', '.join(left_over)} N·m.")
+        if learning is not None and learning["help"]["text"]:
+            farthest = "" if learning["farthest"] is None else f"{learning['farthest']}: "
+            self._say(f"{farthest}{learning['help']['text']}")
         for stream in self._page.shown["streams"]:
             self._say(stream_text(stream))
         return outcome

@@ -35,6 +35,50 @@ class KnownPerson(Settings):
         return cls(machine=json_value(machine), x=x.tolist(), covariance=covariance.tolist(), slid_m=slid_m)
 
 
+class KeptArm(Settings):
+    """Parameters of an arm with their covariance, to the last bit."""
+
+    x: list[float]
+    covariance: list[list[float]]
+
+    @classmethod
+    def of(cls, x: np.ndarray, covariance: np.ndarray) -> "KeptArm":
+        """Return the record from arrays."""
+        return cls(x=x.tolist(), covariance=covariance.tolist())
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters and covariance."""
+        return np.array(self.x), np.array(self.covariance)
+
+
+class CheckedArm(KeptArm):
+    """Estimate from rests for the participant's file, with the result of its check."""
+
+    motion_s: float
+    outcome: str
+    predicted_left_over_Nm: list[float]
+    held_out_error_Nm: list[float]
+    held_out_s: float
+
+
+class KeptRests(Settings):
+    """State of learning in rests, from which a resumed session continues."""
+
+    start: KeptArm
+    """Arm at the start of the session, which a decision to float refers to."""
+    estimate: KeptArm
+    motion_s: float = 0.0
+    """Driven motion of the estimate [s]."""
+    rests: int = 0
+    left_out: int = 0
+    """Number of restless motions that the estimate does not use."""
+    is_contradicted: bool = False
+    """True if the last motion contradicted the estimate before it."""
+    checked: CheckedArm | None = None
+    """Estimate for the participant's file; None before the first rest that gave one."""
+
+
 class LearnedState(Settings):
     """State that a virtual participant keeps between sessions."""
 
@@ -61,6 +105,9 @@ class KeptSession(Settings):
 
     person: KnownPerson | None
     """Knowledge of the person; None on a machine that only records."""
+
+    rests: KeptRests | None = None
+    """State of learning in rests; None without it."""
 
     before: JsonObject
     """Figures of the run before its windows, in the form of the room that makes the run."""

@@ -125,6 +125,9 @@ def show_training(result: "TrainResult") -> None:
         f"{result.simulated_s:.0f} s simulated in {result.wall_s:.0f} s; {result.recording_MB:g} MB.",
     ]
     lines += [f"Check after window {one.after_windows}: {one.why}" for one in result.preparation.checked or []]
+    lines += [f"Rest after window {one.after_windows}: {one.why}" for one in result.preparation.learned or []]
+    if result.preparation.learned and result.preparation.person_kept:
+        lines.append("The arm is stored in the person's file.")
     if not result.is_whole_protocol:
         lines.insert(0, "Only a part of the protocol was run (--windows).")
     for line in lines:

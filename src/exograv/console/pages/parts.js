@@ -62,6 +62,8 @@ export function learning(shown) {
     return leftOverRow(nameOf("joint", shown.joints[i] ?? ""), value, before, worst);
   });
   at("left-over").replaceChildren(...rows);
+  const farthest = learned?.farthest ? `${nameOf("joint", learned.farthest)}: ` : "";
+  at("learning-help").textContent = learned?.help.text ? `${farthest}${sentence(learned.help)}` : "";
 }
 
 function parameterRow(parameter) {

@@ -18,6 +18,7 @@ from exograv.runtime.lsl.listening import Listening, StreamState
 from exograv.runtime.lsl.quality import StreamCondition
 from exograv.runtime.recorder.recorder import RecorderReport as RecorderReport
 
+from .learning_help import learning_help
 from .memory_view import FlightMemoryView
 from .participant_keeping import EstimateKeeper
 from .participants import RequestedParticipant
@@ -122,13 +123,17 @@ class ProcessState:
         if worker is None or worker.judged is None or self.plan is None:
             return None
         judged, learned = worker.judged, worker.learned
+        description, left_over = self.place.description, judged.left_over.tolist()
+        farthest, advice = learning_help(description.joints, description.places, left_over, learned is not None)
         return Learning(
             share_done=1.0 if learned is not None else min(judged.motion_s / self.who.identify_s, 1.0),
             parameters=_parameters(judged, self.plan),
-            left_over_Nm=tuple(judged.left_over.tolist()),
+            left_over_Nm=tuple(left_over),
             left_over_prior_Nm=tuple(judged.left_over_prior.tolist()),
             outcome=(Outcome.RUNNING if learned is None else learned.outcome).sentence,
             is_over=learned is not None,
+            farthest=farthest,
+            help=advice,
         )
 
 

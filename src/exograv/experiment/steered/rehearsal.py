@@ -12,6 +12,7 @@ import numpy as np
 from exograv.identification.core.interface import Outcome
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
+from exograv.model.rig_settings import Place
 from exograv.model.scene import SceneDescription, describe_scene
 from exograv.options import Side
 from exograv.procedures.calibration.phase_texts import say as calibration
@@ -21,12 +22,14 @@ from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
 
 from .interface import FlightMoment
+from .learning_help import learning_help
 from .requests import DonRequest
 from .sentences import say
 from .view_models import LearnedParameter, Learning, PlotTrace, SkeletonLines, WorkProgress
 from .work_progress import CalibrationProgress, identification_progress
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
+PLACES: tuple[Place, ...] = ("shoulder", "shoulder", "shoulder", "elbow")
 PLOT_HZ, PLOTTED_S = 50, 10.0
 STEP_S = 0.05
 SWUNG_S = PLOTTED_S + 2 * STEP_S
@@ -252,11 +255,15 @@ class RehearsedFlight:
             for name, unit, mean, width in PARAMETERS
         )  # fmt: skip
         over, share = self._is_known, min(self._moved_s / self._identify_s, 1.0)
+        left_over = (2.0 * left,) * len(JOINTS)
+        farthest, advice = learning_help(JOINTS, PLACES, left_over, over)
         return Learning(
             share_done=share,
             parameters=parameters,
-            left_over_Nm=(2.0 * left,) * len(JOINTS),
+            left_over_Nm=left_over,
             left_over_prior_Nm=(2.0,) * len(JOINTS),
             outcome=say("rehearsal.identified") if over else Outcome.RUNNING.sentence,
             is_over=over,
+            farthest=farthest,
+            help=advice,
         )

@@ -72,6 +72,15 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "work.begins": "The machine begins to move the arm.",
         "work.moves": "The machine moves the arm and weighs it on the way.",
         "work.over": "The motion ends; the arm then floats.",
+        "learning.relax": (
+            "{left_over} N·m, the target is {target} N·m. Ask the person to relax and to hold nothing: only a relaxed "
+            "arm that the machine moves shows its weight."
+        ),
+        "learning.again": (
+            "{left_over} N·m, the target is {target} N·m. Pointing does not lower it. Check the cuffs, switch off, put "
+            "the person in again, and repeat the identification while the person relaxes."
+        ),
+        "learning.reached": "All joints are within their targets. No further motion is needed.",
         "rehearsal.not_agreed": "Not agreed yet: the arm may not be pushed down.",
         "rehearsal.still_down": "The arm is still coming down.",
         "rehearsal.identified": "The arm is identified.",

@@ -72,6 +72,10 @@ class Learning(Settings):
     outcome: SentenceText
     """Sentence about the result, with advice after a failure."""
     is_over: bool
+    farthest: str | None = None
+    """Joint whose predicted residual torque is farthest above its target; None if all are within their targets."""
+    help: SentenceText = ""
+    """Sentence about what the operator may do for a better estimate."""
 
 
 class WorkProgress(Settings):

@@ -112,7 +112,7 @@ class DrivesMachine:
 
     def refuse_files(self) -> None:
         """Check the participant's file."""
-        self._person_run()
+        self.person_run()
 
     def settings(self, settings: JsonObject, hashes: dict[str, str]) -> RunSettings:
         """Describe the run, with room and participant as they introduce themselves."""
@@ -138,11 +138,11 @@ class DrivesMachine:
         )
         if before is not None and before.person is not None:
             known = remembered(before.person, self._assembly, t)
-            return known_again(self._taken(pilot, known), before.person)
+            return known_again(self._taken(pilot, known), before.person, before.rests, self.person_run())
         guess = table_guess(self._assembly, known_machine.machine)
         known = ControllerKnowledge(self._assembly, known_machine.machine, guess, t, known_machine)
         prepare = unknown_arm if self._options.learn_in_rests else known_arm
-        return prepare(self._taken(pilot, known), self._person_run(), SelfTestPassed(True))
+        return prepare(self._taken(pilot, known), self.person_run(), SelfTestPassed(True))
 
     def seat(self, plan: TaskPlan, page: str, learned: LearnedState | None) -> RemoteSeat:
         """Seat the participant before the screen."""
@@ -184,7 +184,8 @@ class DrivesMachine:
                 pilot.run(controller, motion.hold(posture, seconds, rig.period_s), TAKING_TEXT)
         return WornMachine(pilot, controller, known, lambda is_there: self._line.tell(Room(is_there=is_there)))
 
-    def _person_run(self) -> ParticipantRun:
+    def person_run(self) -> ParticipantRun:
+        """Read the participant's file, if there is one."""
         options = self._options
         file = self._people / f"{options.participant}.toml"
         return person_run(file, options.participant, self._assembly, self._readiness.serial, self._form.body)

@@ -5,6 +5,7 @@ from typing import Protocol, runtime_checkable
 from exograv.laboratory.participant.screen_session import EventSource, Seat
 from exograv.loop.run_settings import RunSettings
 from exograv.model.description import RigDescription
+from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.recording import RecordingWriter
 from exograv.results import JsonObject
 from exograv.storage.session_checkpoint import KeptSession, LearnedState
@@ -29,6 +30,14 @@ class TrainingMachine(Protocol):
 
         Raises:
             ExogravError: A file cannot be used, or the machine is not ready.
+        """
+        ...
+
+    def person_run(self) -> ParticipantRun:
+        """Read the participant's file, if there is one.
+
+        Raises:
+            ConfigError: The file cannot be used.
         """
         ...
 

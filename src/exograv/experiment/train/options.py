@@ -127,9 +127,10 @@ class TrainOptions(WornOptions):
     def kept(self) -> OptionRecord:
         """Options that must be the same when a run is continued."""
         clock: OptionRecord = {"virtual_clock": True} if self.virtual_clock else {}
+        rests: OptionRecord = {"learn_in_rests": True} if self.learn_in_rests else {}
         flight: OptionRecord = {} if self.aircraft_file is None else {"aircraft_file": str(self.aircraft_file)}
         fitted: OptionRecord = {} if self.twin == "drawn" else {"twin": self.twin}
-        return foreign_world(self.world) | fitted | clock | flight | {
+        return foreign_world(self.world) | fitted | clock | rests | flight | {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
             "side": self.side, "level": self.level, "seed": self.seed,
             "donning": self.donning, "windows": self.windows,

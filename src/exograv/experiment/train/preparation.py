@@ -30,12 +30,13 @@ from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
 from exograv.procedures.identification.rest_learning import RestLearner
 from exograv.procedures.identification.session_watch import SessionWatch
+from exograv.procedures.identification.warm_start import WarmStart
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_not_refused
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.recording.rounding import rounded
 from exograv.results import OPTIONAL
-from exograv.storage.session_checkpoint import KnownPerson
+from exograv.storage.session_checkpoint import KeptRests, KnownPerson
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,8 @@ class RestFigures:
     """Residual torque that the carried arm states after the rest [N·m]."""
     share: list[float]
     """Share of the change of torque since the start of the session that is carried [-]."""
+    why: str = ""
+    """Sentences for the operator: decision, certainty, and what helps."""
 
 
 @dataclass(frozen=True)
@@ -169,6 +172,8 @@ class Ready:
     """Watch over the arm since its identification; None until it has seen the motion once."""
     learner: RestLearner | None = None
     """Estimate that runs through the rests; None before the first motion in a rest."""
+    returning: WarmStart | None = None
+    """Participant's file that the session starts from without identification; the first rest checks it."""
 
 
 def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed) -> Ready:
@@ -269,12 +274,19 @@ def unknown_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPasse
     )
     learner = RestLearner(model, x, belief)
     return Ready(
-        pilot, controller, worn.put_room, KnownPerson.of(machine, x, covariance), figures, model, learner=learner
-    )
+        pilot, controller, worn.put_room, KnownPerson.of(machine, x, covariance), figures, model, learner=learner,
+        returning=person.returning,
+    )  # fmt: skip
 
 
-def known_again(worn: WornMachine, person: KnownPerson) -> Ready:
+def known_again(worn: WornMachine, before: KnownPerson, rests: KeptRests | None, person: ParticipantRun) -> Ready:
     """Prepare the same arm after an interruption, from its stored parameters.
+
+    Args:
+        worn: Machine that carries the arm of the checkpoint.
+        before: Arm and machine of the checkpoint.
+        rests: State of learning in rests; None without it.
+        person: Participant's file. The first rest checks it, if the interruption came before.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -286,7 +298,12 @@ def known_again(worn: WornMachine, person: KnownPerson) -> Ready:
     pilot.worn.know(known.x)
     controller.mode.drive = LAYING_DOWN.drive.goal(is_known=True)
     lay_down(pilot, controller, worn.put_room)
-    return Ready(pilot, controller, worn.put_room, person, model=ArmModel(known.assembly, known.machine))
+    ready = Ready(pilot, controller, worn.put_room, before, model=ArmModel(known.assembly, known.machine))
+    if rests is not None and ready.model is not None:
+        ready.learner = RestLearner.continued(ready.model, before, rests)
+        if not rests.rests and person.belief(known.machine) is not None:
+            ready.returning = person.returning
+    return ready
 
 
 def remembered(person: KnownPerson, assembly: Assembly, t: float) -> ControllerKnowledge:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, IdentificationError
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.procedures.identification.identify import V_MOTION
@@ -25,6 +25,7 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
 
     Raises:
         ConfigError: The machine only records.
+        IdentificationError: The first motion contradicts the participant's file. The arm lies on its support.
         RigError: The envelope stopped the run.
     """
     pilot, controller, person, model = ready.pilot, ready.controller, ready.person, ready.model
@@ -41,6 +42,12 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
     pilot.worn.expect(learner.x, learner.covariance, V_MOTION)
     samples = move_in_rest(pilot, controller, learner.path(pilot.rig.period_s))
     before = learner.x, learner.covariance
+    if ready.returning is not None and not learner.rests:
+        try:
+            ready.returning.check(model, samples)
+        except IdentificationError:
+            lay_down(pilot, controller, ready.put_room)
+            raise
     learned = learner.learn(samples)
     lay_down(pilot, controller, ready.put_room)
     is_taken = learned.verdict is Verdict.TAKEN and controller.publish(learner.x, pilot.q)
@@ -56,13 +63,13 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
     pilot.progress(text, 1.0)
     if pilot.recording is not None:
         pilot.recording.write("/event", pilot.rig.read().t, {"kind": "rest learning", "text": str(text)})
-    return _figures(learned, after_windows, is_taken)
+    return _figures(learned, after_windows, is_taken, str(text))
 
 
-def _figures(learned: RestLearned, after_windows: int, is_taken: bool) -> RestFigures:
+def _figures(learned: RestLearned, after_windows: int, is_taken: bool, why: str) -> RestFigures:
     return RestFigures(
         after_windows, round(learned.motion_s, 2), learned.verdict.value, is_taken, rounded(learned.stated_Nm),
-        rounded(learned.carried.share),
+        rounded(learned.carried.share), why,
     )  # fmt: skip
 
 

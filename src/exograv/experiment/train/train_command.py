@@ -11,11 +11,21 @@ from exograv.errors import ConfigError, RecordingError, RigError
 from exograv.experiment.recorded_run import has_window
 from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Progress
+from exograv.loop.replay_log import read_machine
 from exograv.loop.run_settings import RunSettings, TwinRun
+from exograv.procedures.identification.participant_session import KeptParticipant, NotKept
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
 from exograv.results import MERGED, json_value
-from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
+from exograv.storage.session_checkpoint import (
+    SESSION_FILE,
+    KeptRests,
+    KeptSession,
+    KnownPerson,
+    checkpoint_path,
+    read_kept,
+    refuse_kept,
+)
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink, marker_sink, recording_sink
@@ -175,7 +185,7 @@ class _Training:
                 f"The run in {self._kept_path} is over and has its report, {report}. Start the next session with "
                 "--session."
             )
-        figures = PREPARATION.validate_python(before.before)
+        figures = self._with_person(PREPARATION.validate_python(before.before), before.person, before.rests)
         with self._continued(before) as recording:
             if not recording.count("/result"):
                 self._write_result(recording, run, figures, before.t)
@@ -247,8 +257,8 @@ class _Training:
             recording.sync()
             kept = KeptSession(
                 options=self._options.kept, t=rig.t, run=run.kept(), records=recording.count(TASK_TOPIC),
-                person=ready.person, before=json_value(ready.figures),
-                learned=self._machine.learned,
+                person=ready.person, rests=None if ready.learner is None else ready.learner.kept,
+                before=json_value(ready.figures), learned=self._machine.learned,
             )  # fmt: skip
             SESSION_FILE.write(self._kept_path, kept)
 
@@ -284,8 +294,25 @@ class _Training:
             run.feed(event(t=rig.t))
         machine.fly(*self._machine.sources(recording))
         keep()
+        rests = None if ready.learner is None else ready.learner.kept
+        ready.figures = self._with_person(ready.figures, ready.person, rests)
+        keep()
         if outlet is not None and outlet.have_consumers():
             time.sleep(LAST_MARKERS_S)
+
+    def _with_person(
+        self, figures: PreparationFigures, known: KnownPerson | None, rests: KeptRests | None
+    ) -> PreparationFigures:
+        """Write the arm that the rests have shown into the participant's file; return the figures with the result."""
+        if not self._options.learn_in_rests or known is None or figures.person_kept is not None:
+            return figures
+        checked = None if rests is None else rests.checked
+        written = self._machine.person_run().keep_learned(checked, read_machine(known.machine))
+        if isinstance(written, NotKept):
+            self._progress(written.why, 1.0)
+        elif written is not None and written.warning:
+            self._progress(written.warning, 1.0)
+        return replace(figures, person_kept=isinstance(written, KeptParticipant))
 
     def _outlet(self, period_s: float):
         """Open the stream of markers; None without `--lsl`."""

@@ -73,7 +73,7 @@ class TwinMachine:
     def refuse_files(self) -> None:
         """Check the files of machine and person."""
         options, laboratory = self._options, self._laboratory
-        self._person_run()
+        self.person_run()
         self._recorded_flight()
         if options.calibration is not None:
             make, now = calibration_command(options), datetime.now(UTC)
@@ -94,10 +94,11 @@ class TwinMachine:
             n = len(twin.joints)
             return Ready(self._pilot(twin, unit_gains(n), recording), NoTorque(n), twin.put_surroundings)
         if before is not None and before.person is not None:
-            return known_again(self._worn(remembered(before.person, self._assembly, t), seed, recording), before.person)
+            worn = self._worn(remembered(before.person, self._assembly, t), seed, recording)
+            return known_again(worn, before.person, before.rests, self.person_run())
         known, passed = self._tested()
         prepare = unknown_arm if self._options.learn_in_rests else known_arm
-        return prepare(self._worn(known, seed, recording), self._person_run(), passed)
+        return prepare(self._worn(known, seed, recording), self.person_run(), passed)
 
     def seat(self, plan: TaskPlan, page: str, learned: LearnedState | None) -> TwinSeat:
         """Seat the virtual participant before the screen."""
@@ -208,6 +209,7 @@ class TwinMachine:
             )
         return replace(known, t=known.t + busy_s), SelfTestPassed(True, len(steps))
 
-    def _person_run(self) -> ParticipantRun:
+    def person_run(self) -> ParticipantRun:
+        """Read the participant's file, if there is one."""
         options, laboratory = self._options, self._laboratory
         return person_run(options.person_file, options.participant, self._assembly, laboratory.serial, laboratory.body)

@@ -32,6 +32,7 @@ from exograv.storage.participant_schema import (
     prior_hash,
 )
 from exograv.storage.sealed_file import sealed
+from exograv.storage.session_checkpoint import CheckedArm, KeptArm
 
 from .controller_knowledge import MOTION_S
 from .estimator_session import Belief, Identification
@@ -47,6 +48,8 @@ DISAGREED = (
     "The file says that this estimate disagrees with its check. The next session does not start from it: it identifies "
     "the arm again."
 )
+
+NOTHING_LEARNED = "Not kept. No rest has given an estimate of a relaxed arm."
 
 
 @dataclass(frozen=True)
@@ -165,22 +168,58 @@ class ParticipantRun:
             return None
         if found.outcome in NOT_KEPT:
             return NotKept(None, f"Not kept. {found.outcome.value}")
-        before, predicted = self.before, found.predicted[-1]
+        predicted = found.predicted[-1]
+        learned = CheckedArm(
+            **KeptArm.of(found.last.x, covariance).model_dump(),
+            motion_s=found.last.t,
+            outcome=found.outcome.value,
+            predicted_left_over_Nm=[] if predicted is None else predicted.tolist(),
+            held_out_error_Nm=self._held_out.rms.tolist(),
+            held_out_s=self._held_out.window_s,
+        )
+        return self._written(path, learned, machine, found.method.name, motion, calibration_sha256)
+
+    def keep_learned(self, learned: CheckedArm | None, machine: CalibratedMachine) -> KeptParticipant | NotKept | None:
+        """Write the file with an estimate from rests, if a file was requested; return None otherwise.
+
+        A second call with the same estimate finds the file written. Then it does not count another donning.
+
+        Raises:
+            ConfigError: The file cannot be written.
+        """
+        path, before = self.options.keep, self.before
+        if path is None:
+            return None
+        if learned is None:
+            return NotKept(None, NOTHING_LEARNED)
+        if before is not None and before.parameters == parameter_rows(self.assembly, *learned.arrays):
+            return KeptParticipant.of(path, before)
+        return self._written(path, learned, machine, "recursive", "rests", "")
+
+    def _written(
+        self,
+        path: Path,
+        learned: CheckedArm,
+        machine: CalibratedMachine,
+        method: str,
+        motion: str,
+        calibration_sha256: str,
+    ) -> KeptParticipant:
         identified = Identified(
             at_utc=self.now,
-            donnings=1 if before is None else before.identified.donnings + 1,
-            method=found.method.name,
+            donnings=1 if self.before is None else self.before.identified.donnings + 1,
+            method=method,
             prior_sha256=prior_hash(self.assembly, prior(self.assembly, machine)),
             motion=motion,
-            motion_s=round(found.last.t, 3),
+            motion_s=round(learned.motion_s, 3),
             calibration_sha256=calibration_sha256,
-            outcome=found.outcome.value,
-            predicted_left_over_Nm=rounded(np.zeros(0) if predicted is None else predicted),
-            held_out_error_Nm=rounded(self._held_out.rms),
-            held_out_s=round(self._held_out.window_s, 2),
+            outcome=learned.outcome,
+            predicted_left_over_Nm=rounded(np.array(learned.predicted_left_over_Nm)),
+            held_out_error_Nm=rounded(np.array(learned.held_out_error_Nm)),
+            held_out_s=round(learned.held_out_s, 2),
         )
         person = StoredPerson.of(self._code(), self.told)
-        whole = stored_person(person, self.assembly, self.serial, identified, (found.last.x, covariance))
+        whole = stored_person(person, self.assembly, self.serial, identified, learned.arrays)
         write_participant(path, whole)
         return KeptParticipant.of(path, whole)
 

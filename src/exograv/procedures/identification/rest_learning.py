@@ -10,8 +10,16 @@ from exograv import motion
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.carried_arm import BodyTable, CarriedArm, carried_arm, widened_by_check
-from exograv.identification.core.interface import Agreement, Covariance, Estimate, Joints, Parameters, Sample
-from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction, is_restless
+from exograv.identification.core.interface import (
+    Agreement,
+    Covariance,
+    Estimate,
+    Joints,
+    Outcome,
+    Parameters,
+    Sample,
+)
+from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction, StopRule, is_restless
 from exograv.identification.core.prior import prior
 from exograv.identification.recursive.previous_session import carried_over, kept_part
 from exograv.identification.recursive.recursive import LEAST_FIT, Recursive
@@ -22,9 +30,11 @@ from exograv.loop.pilot import Pilot
 from exograv.model.arm import is_plausible
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
+from exograv.storage.session_checkpoint import CheckedArm, KeptArm, KeptRests, KnownPerson
 
 from .estimator_session import Belief, build_method
 from .identify import excitation_motion
+from .sample_observers import HeldOutError
 from .session_watch import MeansListener
 
 REST_MOTION_S = 10.0
@@ -38,6 +48,10 @@ APART_S = 15.0
 """Time between the motions of two rests, as the estimator counts it [s]. The wearer's slow torque is forgotten by
 then."""
 
+LEFT_OUT_SHARE = 0.25
+"""Share of the rests that may be left out as restless [-], assumed. What repeats more often is usual for this wearer in
+this machine. The filter's slow torque then widens the intervals."""
+
 CHECK_POSTURES = 4
 """Number of postures of a motion at which the estimate from before is checked [-], as at the end of identification."""
 
@@ -49,7 +63,7 @@ class Verdict(Enum):
     NO_BETTER = "The model stays: the new one is not more certain."
     DISAGREES = "The model stays: the motion contradicts earlier rests. Ask the person to relax, and check the cuffs."
     BEGINS_AGAIN = "The model stays: two rests contradict the earlier ones. Check the cuffs. The machine learns again."
-    RESTLESS = "The model stays: the person does not relax. Ask the person to relax in the rests."
+    RESTLESS = "The model stays: the person did not relax. This rest is not used. Ask the person to relax in the rests."
     IMPLAUSIBLE = "The model stays: the new arm is not plausible. Check the cuffs and the body data."
 
 
@@ -61,6 +75,8 @@ class RestLearned:
     motion_s: float
     """Driven motion of all rests that the estimate uses [s]."""
     estimate: Estimate
+    before_Nm: Joints
+    """Residual torque that the carried arm stated before the rest [N·m]."""
     carried: CarriedArm
     """Decision to float for the estimate, with the arm at the start of the session in place of the table's."""
     stated_Nm: Joints
@@ -84,20 +100,45 @@ class RestLearner:
         self._belief: Belief = self._table if belief is None else belief
         self._bodies = ParameterLayout.of(model.assembly).bodies
         self._prediction = LeftOverPrediction(model.again(), x)
+        """Prediction for the decision, linearised halfway between start and estimate. The cuffs' strain is nearly
+        quadratic in the parameters, so this derivative gives the torque between the two. The derivative at the start
+        misses most of a strain that the estimate alone contains."""
         self._start, self.x, away = BodyTable(x, self._belief[1]), x, x - self._belief[0]
         self.covariance: Covariance = self._belief[1] + np.outer(away, away)
         """Mean square error of `x`, the carried parameters."""
         self.rests = 0
         """Number of motions so far."""
-        self._target = np.array([TARGET_NM[place] for place in model.assembly.description.places])
+        description = model.assembly.description
+        self._target = np.array([TARGET_NM[place] for place in description.places])
+        self._rule = StopRule(description.places, description.joints)
         self._is_contradicted = False
+        self._left_out = 0
+        """Number of restless motions that the estimate does not use."""
+        self._before_s = 0.0
+        """Motion that the belief contains [s], from before an interruption."""
+        self._checked: CheckedArm | None = None
         self._begin()
+        self.kept = self._kept(self._belief, 0.0)
+        """State for the checkpoint, as of the last rest."""
+
+    @classmethod
+    def continued(cls, model: ArmModel, person: KnownPerson, kept: KeptRests) -> "RestLearner":
+        """Continue after an interruption: the estimate so far is the belief, and its samples are gone."""
+        learner = cls(model, np.array(person.x), kept.estimate.arrays)
+        learner._start, learner.covariance = BodyTable(*kept.start.arrays), np.array(person.covariance)
+        learner.rests, learner._left_out = kept.rests, kept.left_out
+        learner._is_contradicted, learner._checked = kept.is_contradicted, kept.checked
+        learner._before_s = learner._motion_s = kept.motion_s
+        learner.kept = kept
+        return learner
 
     def _begin(self) -> None:
         assembly, machine = self._model.assembly, self._model.machine
         method = build_method("recursive", assembly, machine, self._model.again(), self._belief)
         assert isinstance(method, Recursive)
-        self._method, self._count, self._motion_s, self._end_t = method, 0, 0.0, 0.0
+        self._method, self._count, self._motion_s, self._end_t = method, 0, self._before_s, 0.0
+        self._used: list[Sequence[Sample]] = []
+        """Samples of the estimate, by rest."""
 
     @property
     def stated_Nm(self) -> Joints:
@@ -118,11 +159,15 @@ class RestLearner:
 
         The new arm is taken if it is plausible, the motion agrees with the estimate from before, the person relaxes,
         and its stated residual torque over the target is smaller, RMS over the axes. A second contradiction in a row
-        begins the estimate anew.
+        begins the estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests.
         """
+        before_Nm = self.stated_Nm
         self.rests += 1
         agreement = self._take(samples)
-        estimate = widened_by_check(self._estimate(), self._prediction, agreement)
+        found = self._estimate()
+        if is_plausible(self._model.assembly.arm, found.x):
+            self._prediction = LeftOverPrediction(self._model.again(), 0.5 * (self._start.x + found.x))
+        estimate = widened_by_check(found, self._prediction, agreement)
         carried = carried_arm(estimate, self._start, self._prediction, self._bodies)
         verdict = self._judged(estimate, carried, agreement)
         motion_s = self._motion_s
@@ -130,17 +175,24 @@ class RestLearner:
             self.x, self.covariance = carried.x, carried.covariance
         if verdict is Verdict.BEGINS_AGAIN:
             self._forget(samples)
+        if verdict is Verdict.RESTLESS:
+            self._leave_out_last()
         self._is_contradicted = verdict is Verdict.DISAGREES
-        return RestLearned(verdict, motion_s, estimate, carried, self.stated_Nm, agreement)
+        self._note(verdict, estimate, agreement)
+        return RestLearned(verdict, motion_s, estimate, before_Nm, carried, self.stated_Nm, agreement)
 
     def _take(self, samples: Sequence[Sample]) -> Agreement | None:
         """Feed the samples; the ones after enough motion test the estimate."""
         begins = self._end_t + APART_S if self._count else 0.0
+        self._held_out = HeldOutError(self._model.again(), lambda: self._method.estimate().x)
         held_from = max(LEAST_FIT + 1 - self._count, 0)
         for k, sample in enumerate(samples):
             if k == held_from:
                 self._method.hold_out(check_postures(samples[k:]))
-            self._method.update(replace(sample, t=begins + sample.t))
+            moved = replace(sample, t=begins + sample.t)
+            self._held_out(moved)
+            self._method.update(moved)
+        self._used.append(samples)
         self._count += len(samples)
         self._motion_s, self._end_t = self._motion_s + samples[-1].t, begins + samples[-1].t
         agreement = self._method.agreement() if len(samples) > held_from else None
@@ -151,18 +203,62 @@ class RestLearner:
         return replace(self._method.estimate(), t=self._motion_s)
 
     def _judged(self, estimate: Estimate, carried: CarriedArm, agreement: Agreement | None) -> Verdict:
-        if is_restless(estimate):
+        if is_restless(estimate) and self._left_out < LEFT_OUT_SHARE * self.rests:
             return Verdict.RESTLESS
         if agreement is not None and not agreement.holds:
             return Verdict.BEGINS_AGAIN if self._is_contradicted else Verdict.DISAGREES
         if not is_plausible(self._model.assembly.arm, carried.x):
             return Verdict.IMPLAUSIBLE
-        if carried.covariance is None:
+        if carried.covariance is None or estimate.covariance is None:
             return Verdict.NO_BETTER
-        new, old = (
-            np.square(rms / self._target).sum() for rms in (self._prediction.rms(carried.covariance), self.stated_Nm)
-        )
+        away = self.x - estimate.x
+        both = carried.covariance, estimate.covariance + np.outer(away, away)
+        new, old = (np.square(self._prediction.rms(covariance) / self._target).sum() for covariance in both)
         return Verdict.TAKEN if new < old else Verdict.NO_BETTER
+
+    def _note(self, verdict: Verdict, estimate: Estimate, agreement: Agreement | None) -> None:
+        """Note what the checkpoint and the participant's file get after a rest.
+
+        As after an identification, the file gets an estimate that its check contradicts, with this outcome, so that the
+        next session does not start from it; and none of a wearer who does not relax.
+        """
+        if verdict is Verdict.BEGINS_AGAIN:
+            self._checked = None
+        elif verdict in (Verdict.TAKEN, Verdict.NO_BETTER, Verdict.DISAGREES) and not is_restless(estimate):
+            predicted = self._prediction.of(estimate)
+            if predicted is not None and estimate.covariance is not None:
+                outcome = self._rule.final(Outcome.TIME_IS_UP, estimate, predicted, agreement)
+                outcome = Outcome.DISAGREES if verdict is Verdict.DISAGREES else outcome
+                self._checked = CheckedArm(
+                    **KeptArm.of(estimate.x, estimate.covariance).model_dump(),
+                    motion_s=estimate.t,
+                    outcome=outcome.value,
+                    predicted_left_over_Nm=predicted.tolist(),
+                    held_out_error_Nm=self._held_out.rms.tolist(),
+                    held_out_s=self._held_out.window_s,
+                )
+        found = self._estimate()
+        if found.covariance is not None:
+            self.kept = self._kept((found.x, found.covariance), self._motion_s)
+
+    def _kept(self, belief: Belief, motion_s: float) -> KeptRests:
+        return KeptRests(
+            start=KeptArm.of(self._start.x, self._start.covariance),
+            estimate=KeptArm.of(*belief),
+            motion_s=motion_s,
+            rests=self.rests,
+            left_out=self._left_out,
+            is_contradicted=self._is_contradicted,
+            checked=self._checked,
+        )
+
+    def _leave_out_last(self) -> None:
+        """Estimate again without the samples of the last rest."""
+        before = self._used[:-1]
+        self._left_out += 1
+        self._begin()
+        for samples in before:
+            self._take(samples)
 
     def _forget(self, samples: Sequence[Sample]) -> None:
         """Begin again with the samples of this rest, as after the cuffs were fastened anew.
@@ -174,7 +270,7 @@ class RestLearner:
         self._belief = carried_over(layout, (mean[kept], covariance[kept, kept]), self._table, 0.0)
         away = self.x - self._belief[0]
         self.covariance = self._belief[1] + np.outer(away, away)
-        self._start = BodyTable(self.x, self.covariance)
+        self._start, self._before_s = BodyTable(self.x, self.covariance), 0.0
         self._begin()
         self._take(samples)
 

@@ -18,7 +18,11 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "rest.begins": "In this rest the machine moves the arm for {seconds} s and learns it. Relax the arm.",
         "rest.sure": "After {seconds} s of motion the residual torque is stated as {stated} N·m.",
         "rest.reached": "The target is reached on all axes. Further rests need no motion.",
-        "rest.missing": "{joint} is farthest from its target, {target} N·m. Ask the person to relax in the next rest.",
+        "rest.shown": "The rest has shown most about {joint}: {before} → {after} N·m.",
+        "rest.missing": (
+            "{joint} is farthest from its target, {target} N·m. Ask the person to relax in the next rest and to hold "
+            "nothing."
+        ),
         **{f"rest.{verdict.name.lower()}": verdict.value for verdict in Verdict},
     }
 )
@@ -37,8 +41,17 @@ def rest_text(learned: RestLearned, description: RigDescription) -> str:
     target = np.array([TARGET_NM[place] for place in description.places])
     worst = int((learned.stated_Nm / target).argmax())
     stated = ", ".join(f"{value:.2f}" for value in learned.stated_Nm)
+    lowered = learned.before_Nm - learned.stated_Nm
+    most = int((lowered / target).argmax())
+    shown = say(
+        "rest.shown",
+        joint=description.joints[most],
+        before=f"{learned.before_Nm[most]:.2f}",
+        after=f"{learned.stated_Nm[most]:.2f}",
+    )
     parts = [
         say(f"rest.{learned.verdict.name.lower()}"),
+        *([shown] if lowered[most] > 0.0 else []),
         say("rest.sure", seconds=f"{learned.motion_s:.0f}", stated=stated),
         say("rest.reached")
         if learned.stated_Nm[worst] <= target[worst]

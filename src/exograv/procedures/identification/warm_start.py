@@ -4,6 +4,7 @@ A second method starts cold, from the table, and takes the same samples. The dif
 the file. It is computed from the stop rule's prediction, without any true values.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -131,6 +132,17 @@ class WarmStart:
             predicted = self._left_over.of(estimate)
             if predicted is not None:
                 self.cold.judge(estimate, predicted)
+
+    def check(self, model: ArmModel, samples: Sequence[Sample]) -> None:
+        """Compare the file with the samples of one motion, without the cold method.
+
+        Raises:
+            IdentificationError: The motion contradicts the file.
+        """
+        self._check = PersonCheck(model.again(), self.machine, self.belief, self.table)
+        for sample in samples:
+            if self._check.take(sample) and self._check.is_contradicted:
+                raise self._contradicted(sample.t)
 
     def note(self, estimate: Estimate, predicted: np.ndarray | None) -> None:
         """Judge the estimate of the warm method, once a second."""
