@@ -109,6 +109,7 @@ REFUSED = {
         ("rig-test", "--drives", "d.toml", "--by", "ab", "--wrong-sign", "elbow_flexion"),
         "acts only with --simulate",
     ),
+    "a fitted twin of a machine without drives": (("calibrate", "--twin", "fitted"), "acts only with --simulate"),
     "a session to go on with that never began": (
         ("train", "--participant", "P-01", "--resume"),
         "There is no run to go on with",

@@ -27,6 +27,8 @@ def same_machine(command: str, options: Any, out: Path = OUT, more: str = "") ->
             words += [f"--{name}", shlex.quote(str(getattr(options, name)))]
     if getattr(options, "simulate", False):
         words.append("--simulate")
+        if (twin := getattr(options, "twin", MachineOptions.twin)) != MachineOptions.twin:
+            words += ["--twin", twin]
     if out != OUT:
         words += ["--out", shlex.quote(str(out))]
     return " ".join(filter(None, (*words, more)))

@@ -256,6 +256,8 @@ class MachineOptions(TwinOptions):
 
     simulate: Simulate = False
 
+    twin: Annotated[TwinSource, Acts(lambda all_: all_.simulate, "with --simulate")] = "drawn"
+
     @property
     def is_on_drives(self) -> bool:
         """True if the machine is connected by a bus, real or simulated."""

@@ -47,9 +47,12 @@ def simulated_wearer(options: "MachineOptions") -> "SimulatedWearer | None":
     if not (options.simulate and is_twin_installed()):
         return None
     from exograv.laboratory.truth_score import ScoredWearer
-    from exograv.laboratory.virtual_laboratory import draw_laboratory
+    from exograv.laboratory.virtual_laboratory import draw_laboratory, with_twin
+    from exograv.rig.twin import Disturbances
 
-    return ScoredWearer(draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world))
+    drawn = draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world)
+    disturbances = Disturbances.at_level(options.level, options.world)
+    return ScoredWearer(with_twin(drawn, options.twin, disturbances, options.seed))
 
 
 def run_calibration(
@@ -81,7 +84,7 @@ def _truth(options: "CalibrateOptions", description: "RigDescription") -> "Truth
         return None
     from exograv.laboratory.calibration_command import truth_of_machine
 
-    return truth_of_machine(description, options.level, options.seed, options.world)
+    return truth_of_machine(description, options.level, options.seed, options.world, options.twin)
 
 
 def run_self_test(

@@ -10,7 +10,7 @@ from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
 from exograv.model.rig_settings import Excitation
-from exograv.options import WorldName
+from exograv.options import TwinName, WorldName
 from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.figures import CalibrationTruth
 from exograv.procedures.calibration.options import CalibrateOptions
@@ -20,6 +20,7 @@ from exograv.storage.calibration_file import twin_identity
 
 from .result_rows import still_to_rub
 from .twin_calibration import EmptyTwin, pilots
+from .virtual_laboratory import machine_of
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,15 @@ class EmptyTwinMachine:
         return EmptyTwin(self.description, machine, self.options.seed, lengths)
 
 
-def truth_of_machine(description: RigDescription, level: int, seed: int, world: WorldName = "home") -> TruthAt:
-    """Return a function of the clock [s] for the true values of the machine of this level, seed and world."""
-    return partial(calibration_truth, draw_machine(description, Disturbances.at_level(level, world), seed))
+def truth_of_machine(
+    description: RigDescription, level: int, seed: int, world: WorldName = "home", twin: TwinName = "drawn"
+) -> TruthAt:
+    """Return a function of the clock [s] for the true values of the machine of this level, seed, world and twin.
+
+    Raises:
+        ConfigError: The machine has no fitted twin, and `twin` asks for it.
+    """
+    return partial(calibration_truth, machine_of(description, Disturbances.at_level(level, world), seed, twin))
 
 
 def calibration_truth(machine: Machine, t: float) -> CalibrationTruth:

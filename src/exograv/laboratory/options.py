@@ -101,7 +101,7 @@ class ArmOptions(IdentifyOptions, WornOptions):
     level: Annotated[Level, ON_SIMULATED] = 2
     world: Annotated[World, ON_SIMULATED] = "home"
     seed: Annotated[Seed, ON_SIMULATED] = 0
-    twin: Annotated[TwinSource, ON_TWIN] = "drawn"
+    twin: Annotated[TwinSource, ON_SIMULATED] = "drawn"
 
     method: Annotated[MethodName, ON_TWIN] = "recursive"
     """Method that identifies the arm: ours, the paper's, or the table alone. On drives it is always ours."""

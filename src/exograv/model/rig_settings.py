@@ -34,6 +34,13 @@ class Urdf(Settings):
     left: str | None = None
     both: str | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_side(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "side" in data:
+            raise ValueError(f"side is {data['side']!r}; it must be 'right', 'left' or 'both', beside file")
+        return data
+
     @property
     def sides(self) -> tuple[Side, ...]:
         """Sides that have a file."""
@@ -248,6 +255,8 @@ def _with_sweep_ends(data: dict[str, Any]) -> dict[str, Any]:
             case [int() | float() as lower, int() | float() as upper] if lower < upper:
                 low, high = sweep_ends(lower, upper)
                 sweeps.append({"from_deg": low, "to_deg": high} | sweep)
+            case str(asked):  # The question for the range is the question for the ends.
+                sweeps.append({"from_deg": asked, "to_deg": asked} | sweep)
             case _:
                 sweeps.append(sweep)
     return data | {"calibration": plan | {"sweeps": sweeps}}

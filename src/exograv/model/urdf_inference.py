@@ -61,7 +61,11 @@ class ArmGuess:
     """Indices of the arm's moving joints."""
 
     meeting: Point | None
-    """Meeting point of the shoulder's axes in the base frame [m]; None if they do not meet."""
+    """Meeting point of the shoulder's axes in the base frame [m]; None if they do not meet. With one axis only, its
+    point nearest to the elbow."""
+
+    shoulder_axes: int
+    """Number of the shoulder's axes from which the meeting point is found."""
 
     shoulder_centre: str | None
     """Link that is fixed to the base at the shoulder centre; None if there is none."""
@@ -73,6 +77,13 @@ class ArmGuess:
 
     places: tuple[PlaceGuess, ...]
     """Place of each of the arm's joints."""
+
+    @property
+    def meets(self) -> str:
+        """Description of the meeting point."""
+        if self.shoulder_axes == 1:
+            return "assumed on the axis of its only shoulder joint, beside the elbow"
+        return f"where {'its two shoulder axes' if self.shoulder_axes == 2 else 'the first three axes'} meet"
 
     @property
     def wrist_joints(self) -> int | None:
@@ -111,11 +122,22 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
     poses = body_poses(tree, ca.SX.zeros(len(tree.joints)))
     axes = [np.array(ca.evalf(poses[i].R)) @ tree.joints[i].axis for i in joints]
     points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
-    meeting = _meeting_point(axes[:SHOULDER_AXES], points[:SHOULDER_AXES]) if len(joints) >= SHOULDER_AXES else None
+    names = [tree.joints[i].name for i in joints]
+    n = _shoulder_axes(names)
+    meeting = _meeting_point(axes[:n], points[:n]) if n > 1 else _foot(axes[0], points[0], points[1]) if n else None
     centre = _placed_centre(tree, side) if meeting is None else _fixed_link(tree, meeting, side)
     length = _upper_arm(tree, joints)
-    places = _places([tree.joints[i].name for i in joints], length if meeting is not None else None)
-    return ArmGuess(side, joints, meeting, centre, _cuffs(tree, side, joints), length, places)
+    places = _places(names, length if meeting is not None else None)
+    return ArmGuess(side, joints, meeting, n, centre, _cuffs(tree, side, joints), length, places)
+
+
+def _shoulder_axes(names: list[str]) -> int:
+    """Return the number of joints before the one that is named as the elbow, three at most; three if none is."""
+    places = [place_of(name) for name in names]
+    before = places[: places.index("elbow")] if "elbow" in places else None
+    if before is not None and len(before) < SHOULDER_AXES and set(before) <= {"shoulder"}:
+        return len(before)
+    return SHOULDER_AXES if len(names) >= SHOULDER_AXES else 0
 
 
 def _places(names: list[str], upper_arm: Length | None) -> tuple[PlaceGuess, ...]:
@@ -147,6 +169,11 @@ def _meeting_point(axes: list[Point], points: list[Point]) -> Point | None:
     A, b = np.vstack(across), np.concatenate([P @ p for P, p in zip(across, points, strict=True)])
     found, _, rank, _ = np.linalg.lstsq(A, b, rcond=None)
     return found if rank == 3 and np.abs(A @ found - b).max() < MEET_M else None
+
+
+def _foot(axis: Point, on_axis: Point, point: Point) -> Point:
+    """Return the point of an axis that is nearest to a point."""
+    return on_axis + axis * (axis @ (point - on_axis))
 
 
 def _fixed_link(tree: Tree, point: Point, side: ArmSide | None) -> str | None:

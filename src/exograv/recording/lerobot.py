@@ -26,6 +26,7 @@ QUANTITIES: Mapping[str, tuple[str, ...]] = {
     "position": ("pos", "position", "q", "qpos"),
     "current": ("current", "cur", "i"),
     "torque": ("torque", "effort", "tau"),
+    "temperature": ("temperature", "temp", "motor_temperature"),
 }
 """Endings of names, and of features of their own, by quantity."""
 
@@ -51,6 +52,8 @@ class LeRobotTable:
 
     current_asked: Float[np.ndarray, "frame joint"] | None
     torque_asked: Float[np.ndarray, "frame joint"] | None
+    temperature: Float[np.ndarray, "frame joint"] | None
+    """Temperatures of the motors [°C]."""
 
 
 def is_lerobot(path: Path) -> bool:
@@ -79,7 +82,8 @@ def read_lerobot(path: Path, joints: Sequence[str]) -> LeRobotTable:
             f"in {INFO}, as {joints[0]}.pos and {joints[0]}.current in {STATE}. Columns there: {there}."
         )
     asked = [_group(columns, joints, ACTION, quantity) for quantity in ("current", "torque")]
-    return LeRobotTable(_one_clock(columns[TIME], columns.get(EPISODE)), q, current, torque, *asked)
+    warmth = _group(columns, joints, "observation", "temperature")
+    return LeRobotTable(_one_clock(columns[TIME], columns.get(EPISODE)), q, current, torque, *asked, warmth)
 
 
 def _one_clock(stamp: Float[np.ndarray, " frame"], episode: Float[np.ndarray, " frame"] | None) -> np.ndarray:

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from exograv.errors import ExogravError
-from exograv.model.description import RigDescription
+from exograv.model.description import RigDescription, load_rig
 from exograv.next_command import calibration_command, calibration_words, same_machine
 from exograv.options import CalibratedOptions, MachineOptions
 from exograv.rig.drives.settings import Drives
@@ -18,6 +18,7 @@ from .bring_up_sheet import passed_sheet
 from .calibration_file import GAIN_AGE_MAX, TakenCalibration, in_world, take_calibration
 from .self_test_pass import FILE as PASS
 from .self_test_pass import MachineKey, valid_pass
+from .twin_file import read_twin
 
 Need = Literal["bring-up", "calibration", "self-test"]
 
@@ -201,13 +202,18 @@ class MachineReadiness:
 
 
 def serial_of(options: MachineOptions, drives: Drives) -> str:
-    """Return the serial number of calibration and self-test. Simulated drives never have the number of a real one."""
+    """Return the serial number of calibration and self-test. Simulated drives never have the number of a real one.
+
+    Raises:
+        ConfigError: The options ask for a fitted twin, and the machine has none.
+    """
     own = drives.settings.serial
-    return (
-        f"{own}, simulated, level {options.level}, seed {options.seed}{in_world(options.world)}"
-        if options.simulate
-        else own
-    )
+    if not options.simulate:
+        return own
+    fitted = ""
+    if options.twin == "fitted":
+        fitted = f", twin {read_twin(load_rig(options.rig, options.side)).content_sha256[:12]}"
+    return f"{own}, simulated{fitted}, level {options.level}, seed {options.seed}{in_world(options.world)}"
 
 
 def age_text(age: timedelta) -> str:

@@ -83,7 +83,9 @@ def test_the_compliance_is_within_its_interval_and_unknown_without_an_encoder(ex
     wound = TRUE * load + 1e-3 + NOISE_RAD * draw.standard_normal(q.shape)
     noise = ResidualNoise(np.full(4, 0.1), np.full(4, 0.04))
     fit = Fit(prior, prior.mean, 1e-4 * prior.covariance, noise, noise)
-    found = gear_elasticity(model, fit, Samples(sweeps, np.zeros(SAMPLES, dtype=int), wound))
+    found = gear_elasticity(
+        model, fit, Samples(sweeps, np.zeros(SAMPLES, dtype=int), wound, np.full_like(wound, np.nan))
+    )
     told = np.isfinite(found.compliance)
     assert not told[3]
     assert told[0]

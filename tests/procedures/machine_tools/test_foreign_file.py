@@ -175,6 +175,23 @@ def test_links_of_a_human_arm_are_asked_about_with_their_mass(tmp_path: Path):
     assert tree_of(found.folder).phi[:, 0].sum() == pytest.approx(2.0 + 1.6 + 1.2 + 0.7)
 
 
+def test_bones_that_the_machines_joint_moves_are_asked_about(tmp_path: Path):
+    bones = robot(
+        "elbow_right",
+        link("base"),
+        link("r_humerus", 1.9, "0 0 -0.18"),
+        joint("worn", ("base", "r_humerus"), "0 0 1.4", "0 0 1", kind="fixed"),
+        link("r_ulna_radius_hand", 1.5, "0 0 -0.18"),
+        joint("r_elbow_flex", ("r_humerus", "r_ulna_radius_hand"), "0 0 -0.29", "0 -1 0", "0 2.3 18 4"),
+    )
+    with pytest.raises(ConfigError, match=r"3.4 kg together: r_humerus 1.9 kg, r_ulna_radius_hand 1.5 kg"):
+        new(tmp_path, bones)
+    # Without the person this file has no machine.
+    with pytest.raises(ModelError, match="link 'r_ulna_radius_hand' moves but has no <inertial>"):
+        new(tmp_path, bones, wearer_links="leave-out")
+    assert new(tmp_path, bones, wearer_links="keep").joints == ("r_elbow_flex",)
+
+
 def test_links_of_a_human_arm_stay_if_they_are_the_machines(tmp_path: Path):
     text = robot("exo_right", link("base"), arm("base", NAMES), *HUMAN)
     found = new(tmp_path, text, wearer_links="keep")

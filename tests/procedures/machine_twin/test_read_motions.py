@@ -52,6 +52,30 @@ def test_a_csv_without_commands_has_none(tmp_path: Path):
     assert np.isnan(motion.current_asked).all()
 
 
+def test_temperatures_of_a_csv_are_optional(tmp_path: Path):
+    path = write_csv(tmp_path / "a.csv")
+    (motion,) = read(path)
+    assert motion.temperature is None
+    head, *rows = path.read_text(encoding="utf-8").splitlines()
+    head += "".join(f",temperature_{joint}" for joint in RIG.joints)
+    warm = [f"{row},{25.0 + 0.01 * k},26,27,28" for k, row in enumerate(rows)]
+    path.write_text("\n".join([head, *warm]) + "\n", encoding="utf-8")
+    (motion,) = read(path)
+    assert motion.temperature is not None
+    np.testing.assert_allclose(
+        motion.temperature[[0, -1]], [[25.0, 26, 27, 28], [25.0 + 0.01 * (TICKS - 1), 26, 27, 28]]
+    )
+
+
+def test_temperatures_of_a_calibration_are_those_of_its_events(tmp_path: Path):
+    (motion,) = read(ours(tmp_path / "a.mcap"))
+    assert motion.temperature is None
+    (motion,) = read(ours(tmp_path / "b.mcap", warmth=("25.0 25.0 30.0 nan", "27.0 25.0 31.0 nan")))
+    assert motion.temperature is not None
+    np.testing.assert_allclose(motion.temperature[[0, 750, -1], 0], [25.0, 26.0, 27.0], atol=0.01)
+    assert np.isnan(motion.temperature[:, 3]).all()
+
+
 def test_a_gap_divides_a_recording_and_short_pieces_are_left_out(tmp_path: Path):
     rows = np.r_[0:2500, 2600:3000]
     (motion,) = read(write_csv(tmp_path / "a.csv", rows=rows))  # pyright: ignore[reportArgumentType]
@@ -87,17 +111,27 @@ def test_a_wrong_weight_is_refused_with_the_right_form(tmp_path: Path):
         read_motions(RIG, [path], {"b.csv": ("calibration_mount", 1.0)}, is_torque=False)
 
 
-def ours(path: Path, joints: tuple[str, ...] = RIG.joints, phase: str = "calibrate") -> Path:
+def ours(
+    path: Path,
+    joints: tuple[str, ...] = RIG.joints,
+    phase: str = "calibrate",
+    warmth: tuple[str, ...] = (),
+    worn_from: int = -1,
+) -> Path:
     """Write a recording of exograv in which a weight hangs from the middle on."""
     with RecordingWriter(path, joints, {"rig": "recupera_like"}) as recording:
         recording.phase(float(T[0]), phase)
         for k, t in enumerate(T.tolist()):
+            if k == worn_from:
+                recording.phase(t, "identify")
             torques = {"tau_measured": 7.0 * CURRENT[k], "tau_commanded": 7.0 * ASKED[k], "tau_desired": 7.0 * ASKED[k]}
             recording.tick(
                 t, drive=np.nan, gravity_level=np.nan, arm_share=np.nan, closure_slope=0.0, tick_us=0.0, safe_state=0,
                 q_measured=Q[k], q_reference=Q[k], v=0.0, current=CURRENT[k], tau_feedforward=0.0, **torques,
             )  # fmt: skip
         recording.write("/event", float(T[1500]), {"kind": "weight", "text": "1.5 kg at calibration_mount"})
+        for tick, text in zip((0, 1500), warmth, strict=False):
+            recording.write("/event", float(T[tick]), {"kind": "temperature", "text": text})
     return path
 
 
@@ -111,6 +145,14 @@ def test_a_recording_of_exograv_states_its_commands_and_weights_itself(tmp_path:
     lowered = round(LOWERING_S / PERIOD_S)
     assert np.isnan(kg[1501 - lowered : 1500]).all()
     assert not kg[: 1499 - lowered].any()
+
+
+def test_the_time_with_an_arm_in_the_machine_is_left_out_and_told(tmp_path: Path):
+    (recording,) = read_motions(RIG, [ours(tmp_path / "a.mcap", worn_from=2200)], {}, is_torque=False)
+    assert recording.worn_s == pytest.approx(0.8, abs=0.01)
+    assert recording.seconds == pytest.approx(2.2, abs=0.01)
+    (recording,) = read_motions(RIG, [ours(tmp_path / "b.mcap")], {}, is_torque=False)
+    assert recording.worn_s == 0.0
 
 
 def test_a_recording_of_another_machine_is_refused(tmp_path: Path):

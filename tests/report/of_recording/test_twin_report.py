@@ -13,6 +13,7 @@ from exograv.report.figures.twin_fit_data import (
     JointResiduals,
     LawScore,
     TwinFigures,
+    WarmGain,
 )
 from exograv.report.of_recording.twin_report import SIMULATED_MACHINE, headline, write_twin_report
 
@@ -51,6 +52,7 @@ FIGURES = TwinFigures(
     delay_ci95_ms=None,
     bandwidth_Hz=[None, None],
     gears=[GearFigures("elbow_flexion", 0.08, (0.07, 0.09))],
+    gain_by_temperature=[WarmGain(joint, None, None, None) for joint in JOINTS],
     warnings=["The residual of joint 'elbow_flexion' is large."],
     further_motion=["Record the elbow creeping."],
     designed_motion=FurtherMotion(Path("further_motion.toml"), 30.0, [ExpectedGain("elbow_flexion", "rotor", 0.5)]),
@@ -64,6 +66,17 @@ def page(tmp_path: Path, figures: TwinFigures = FIGURES) -> str:
 def test_the_headline_names_the_worst_joint():
     assert "1.50 times the noise" in headline(FIGURES)
     assert "elbow flexion is the worst joint" in headline(FIGURES)
+
+
+def test_the_gain_by_temperature_is_shown_with_its_interval_or_as_not_told(tmp_path: Path):
+    assert "Gain by temperature is not told by these recordings: they hold none." in page(tmp_path)
+    steady = WarmGain("shoulder_flexion", None, None, (30.0, 32.0))
+    text = page(tmp_path, replace(FIGURES, gain_by_temperature=[steady]))
+    assert "not told by these recordings: their temperatures varied too little." in text
+    told = WarmGain("elbow_flexion", -0.21, (-0.25, -0.17), (25.0, 61.0))
+    text = page(tmp_path, replace(FIGURES, gain_by_temperature=[steady, told]))
+    for part in ("25 to 61 °C", "-0.21 %/°C", "-0.25 to -0.17", "30 to 32 °C", "not told"):
+        assert part in text
 
 
 def test_parameters_are_sorted_by_what_the_recordings_tell(tmp_path: Path):

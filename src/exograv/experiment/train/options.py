@@ -68,7 +68,7 @@ class TrainOptions(WornOptions):
     process shows it the participant's page, and makes its touches there."""
 
     side: OneSideOption = None
-    twin: Annotated[TwinSource, ON_TWIN] = "drawn"
+    twin: Annotated[TwinSource, ON_SIMULATED] = "drawn"
     seed: Annotated[Seed, Within(0, 2**31), ON_SIMULATED] = 0
     donning: Annotated[Donning, ON_SIMULATED] = 0
     calibration: Path | None = None

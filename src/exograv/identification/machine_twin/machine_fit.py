@@ -20,6 +20,7 @@ from .drawing_errors import likely_link_errors, with_link_errors
 from .drive_response import DriveResponse, drive_response, encoder_step
 from .friction_curve import FrictionCurve, friction_curve
 from .friction_laws import LAWS, TWIN_PER_JOINT, LawChoice, chosen_laws, of_laws
+from .gain_temperature import GainByTemperature, gain_by_temperature
 from .gear_elasticity import GearElasticity, gear_elasticity, with_wind_up
 from .measured_motion import (
     BLOCK_S,
@@ -99,6 +100,7 @@ class MachineFit:
     curve: FrictionCurve
     response: DriveResponse
     gears: GearElasticity
+    warmth: GainByTemperature
     encoder_step: Joints
     """Quantisation step of the encoders [rad]."""
 
@@ -157,12 +159,12 @@ def fit_machine(
     fit = with_wind_up(model, replace(fit, covariance=considered.covariance(fit, size)), samples)
     theta = PhysicalProjection(bodies, prior.mean)(fit.theta, fit.covariance)
     fit = replace(fit, theta=theta)
-    gears = gear_elasticity(model, fit, samples)
+    gears, warmth = gear_elasticity(model, fit, samples), gain_by_temperature(model, fit, samples)
     step = np.array([encoder_step(np.concatenate([m.q[:, joint] for m in motions])) for joint in range(len(choices))])
     fastest = np.abs(samples.sweeps.v).max(axis=0)
     curve = friction_curve(model, fit, held, float(samples.sweeps.t[-1]))
     return MachineFit(
-        fit, of_noise, size, model, choices, curve, response, gears, step, noise_A, validation, moved_s, fastest,
+        fit, of_noise, size, model, choices, curve, response, gears, warmth, step, noise_A, validation, moved_s, fastest,
         samples.sweeps,
     )  # fmt: skip
 

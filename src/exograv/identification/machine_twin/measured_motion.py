@@ -54,6 +54,9 @@ class MeasuredMotion:
     q_motor: Float[np.ndarray, "tick joint"] | None = None
     """Positions by the encoders on the motors [rad], NaN where a joint has none; None without any."""
 
+    temperature: Float[np.ndarray, "tick joint"] | None = None
+    """Temperatures of the windings [°C], NaN where a drive does not measure it; None without any."""
+
     @property
     def period_s(self) -> float:
         """Time between two ticks [s]."""
@@ -68,6 +71,8 @@ class Samples:
     fold: Int[np.ndarray, " sample"]
     wound_up: Float[np.ndarray, "sample joint"]
     """Angle by which the motor's encoder leads that of the joint, filtered like all else [rad]; NaN without one."""
+    temperature: Float[np.ndarray, "sample joint"]
+    """Temperature of the motor's winding [°C]; NaN where it is not known."""
 
     def only(self, chosen: Bool[np.ndarray, " sample"]) -> Sweeps:
         """Return the chosen samples."""
@@ -86,13 +91,15 @@ def samples_of(motions: tuple[MeasuredMotion, ...]) -> Samples:
         folds.append(((t - motion.t[0] + shift) // BLOCK_S).astype(int) % FOLDS)
         # The model counts the age of friction: recordings follow each other as if nothing happened between them.
         shift += float(motion.t[-1] - motion.t[0])
-    t, q, v, a, current, hung, slides, wound_up = (np.concatenate(column) for column in zip(*parts, strict=True))
+    t, q, v, a, current, hung, slides, wound_up, temperature = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
     sweeps = Sweeps(t, q, v, a, current, hung, np.zeros(len(t), dtype=bool), v_clear=V_CLEAR_TWIN, slides=slides)
-    return Samples(sweeps, np.concatenate(folds), wound_up)
+    return Samples(sweeps, np.concatenate(folds), wound_up, temperature)
 
 
 def _filtered(motion: MeasuredMotion) -> tuple[np.ndarray, ...]:
-    """Return time, q, v, a, current, weights, sliding and wind-up of the samples in which a joint moves."""
+    """Return time, q, v, a, current, weights, sliding, wind-up, temperature of the samples in which a joint moves."""
     period_s = motion.period_s
     sample_filter, every = SampleFilter(motion.q.shape[1], period_s, FILTER_DELAY_S), round(SAMPLE_PERIOD_S / period_s)
     is_known = np.atleast_1d(np.isfinite(motion.hung).all(axis=1)).tolist()
@@ -106,7 +113,9 @@ def _filtered(motion: MeasuredMotion) -> tuple[np.ndarray, ...]:
     columns = [np.array([row[k] for row in rows]).reshape(-1, joints) for k in range(1, 5)]
     # The filter is as late as its delay, and a sample contains the friction of some time before.
     before = np.maximum(ticks - round(2.0 * FILTER_DELAY_S / period_s), 0)
-    return (motion.t[ticks], *columns, motion.hung[ticks], slides(motion.q)[before], _wound_up(motion)[ticks])
+    warmth = np.full_like(motion.q, np.nan) if motion.temperature is None else motion.temperature
+    wound_up = _wound_up(motion)[ticks]
+    return (motion.t[ticks], *columns, motion.hung[ticks], slides(motion.q)[before], wound_up, warmth[ticks])
 
 
 def _wound_up(motion: MeasuredMotion) -> Float[np.ndarray, "tick joint"]:

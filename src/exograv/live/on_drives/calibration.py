@@ -19,8 +19,9 @@ from exograv.model.tree import Tree
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.options import CalibrateOptions
+from exograv.recording import RecordingWriter
 
-from .connection import CONNECTING, Connected, Say, connected, not_ready
+from .connection import CONNECTING, Connected, Say, connected, drawn_by, not_ready
 
 
 @contextlib.contextmanager
@@ -41,13 +42,14 @@ def empty_drives(
     progress(CONNECTING, 0.0)
     refuse = not_ready(options, folder, description, "rig calibrate", say)
     with connected(options, description, say, "A calibration", refuse) as machine:
-        yield EmptyDrives(description, machine, truth, progress)
+        yield EmptyDrives(options, description, machine, truth, progress)
 
 
 @dataclass(frozen=True)
 class EmptyDrives:
     """Empty machine on its bus; an `EmptyMachine`."""
 
+    options: CalibrateOptions
     description: RigDescription
     machine: Connected
     truth: TruthAt | None
@@ -65,9 +67,24 @@ class EmptyDrives:
             As `calibrate_machine`.
         """
         nominal, tree = self.description.nominal_gain, self._tree(lengths)
-        pilot = self._pilot(ActuatorGain(nominal, GAIN_SD * nominal), tree)
         weights = self.machine.hands.weights
-        return calibrate_machine(self.description, tree, pilot, weights, motion), self.machine.rig.t
+        with self._recording() as recording:
+            if recording is not None:
+                recording.phase(self.machine.rig.t, "calibrate")
+            pilot = self._pilot(ActuatorGain(nominal, GAIN_SD * nominal), tree, recording)
+            return calibrate_machine(self.description, tree, pilot, weights, motion), self.machine.rig.t
+
+    def _recording(self) -> contextlib.AbstractContextManager[RecordingWriter | None]:
+        path = self.options.recording
+        if path is None:
+            return contextlib.nullcontext()
+        settings = {
+            "rig": self.description.name,
+            "side": self.description.side,
+            "command": "rig calibrate",
+            **drawn_by(self.options),
+        }
+        return RecordingWriter(path, self.description.joints, settings, packed=True)
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
         """Measure friction anew and keep the rest of `before`; return also how long the machine ran [s].
@@ -82,8 +99,8 @@ class EmptyDrives:
     def _tree(self, lengths: Mapping[str, float]) -> Tree:
         return adjusted(read_exoskeleton(self.description), self.description, lengths)
 
-    def _pilot(self, gains: ActuatorGain, tree: Tree) -> Pilot:
+    def _pilot(self, gains: ActuatorGain, tree: Tree, recording: RecordingWriter | None = None) -> Pilot:
         worn = limits(self.description)
         # Without an arm a light machine oscillates under the damping that suits a worn machine.
         damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, tree))
-        return self.machine.pilot(gains, replace(worn, damping_Nms_per_rad=damping), self.progress)
+        return self.machine.pilot(gains, replace(worn, damping_Nms_per_rad=damping), self.progress, recording)

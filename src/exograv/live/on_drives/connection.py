@@ -16,6 +16,7 @@ from exograv.model.description import RigDescription
 from exograv.options import CalibratedOptions, MachineOptions
 from exograv.procedures.bring_up.hands import BenchHands, Hands, KeyboardHands
 from exograv.procedures.bring_up.simulated_drives_file import written
+from exograv.recording import RecordingWriter
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.runtime.clock.pace import RealTimePace
@@ -43,10 +44,12 @@ class Connected:
     serial: str
     lock_step: bool
 
-    def pilot(self, actuators: ActuatorGain, limits: Limits, progress: Progress) -> Pilot:
+    def pilot(
+        self, actuators: ActuatorGain, limits: Limits, progress: Progress, recording: RecordingWriter | None = None
+    ) -> Pilot:
         """Return a pilot of the machine: in lock-step, or in real time."""
         pace = None if self.lock_step else RealTimePace(self.rig.period_s)
-        return Pilot(self.rig, actuators, Envelope(limits, self.rig.period_s), progress=progress, pace=pace)
+        return Pilot(self.rig, actuators, Envelope(limits, self.rig.period_s), recording, progress, pace)
 
 
 Refuse = Callable[[Drives], object]
@@ -116,6 +119,7 @@ def drives_of(
             return
         told = ["--drives", str(path), "--rig", str(description.folder), "--side", description.side]
         twin = ["--level", str(options.level), "--seed", str(options.seed), "--world", options.world]
+        twin += [] if options.twin == "drawn" else ["--twin", options.twin]
         clock = [] if in_real_time else ["--lock-step"]
         with simulated_drives(drives.settings.bus, [*told, *twin, *clock, *simulation]) as tell:
             yield drives, tell

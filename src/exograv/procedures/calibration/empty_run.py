@@ -17,6 +17,7 @@ from exograv.loop.tick_sample import TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, hold
+from exograv.rig import Powered
 from exograv.safety.stops import StopReason
 
 from .operator import ComputedOperator, Operator
@@ -30,6 +31,11 @@ ASTRAY_SHARE = 1.0 / 3.0
 error."""
 WEIGHT_EVENT, WEIGHT_TEXT = "weight", "{mass:g} kg at {mount}"
 """Event of a recording from which on a known weight hangs at a mount; 0 kg after it is taken off."""
+WARMTH_EVENT, WARMTH_EVERY_S = "temperature", 5.0
+"""Event of a recording with the temperatures of the windings in the order of the joints [°C], and the time between two.
+They change within minutes."""
+HOT_C = 80.0
+"""Temperature of a winding from which a message states it [°C]: that of a usual motor at its rated current."""
 LOWER_STEP_S = 0.02  # between two steps in which a weight is lowered
 WAIT_S = 0.1  # between two checks whether the operator is ready
 
@@ -61,11 +67,14 @@ class EmptyRun:
         self._rows: list[tuple[float | bool | np.ndarray, ...]] = []
         self._every = round(SAMPLE_PERIOD_S / self.pilot.rig.period_s)
         self._ticks = 0
+        self._warmth_next_s = -np.inf
 
     def listen(self, moment: TickSample) -> None:
         """Filter one tick, and keep a sample every `SAMPLE_PERIOD_S` while a joint moves."""
         sample = self.filter.update(moment.state.q, moment.state.current)
         self._ticks += 1
+        if moment.state.t >= self._warmth_next_s:
+            self._record_warmth(moment.state.t)
         if self._ticks % self._every == 0 and self.filter.settled and np.abs(sample.v).max() > V_CLEAR:
             columns = (sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy())
             self._rows.append((moment.state.t, *columns, self._hung.ravel().copy(), False))
@@ -92,10 +101,12 @@ class EmptyRun:
         self._run(self.controller, path, text, watch)
         if watch.astray is not None:
             joint, led, stands = watch.astray
+            warm = self._winding(joint)
             raise IdentificationError(
                 f"Joint '{self.description.joints[joint]}' is at {np.rad2deg(stands):.1f}° where its reference is "
                 f"{np.rad2deg(led):.1f}°; {np.rad2deg(self.astray_rad[joint]):.0f}° are allowed. It may be blocked, "
-                "its motor disconnected, its encoder and motor both reversed, or the weight another than stated. "
+                "its motor disconnected, its encoder and motor both reversed, or the weight another than stated."
+                f"{warm} "
                 "The machine has come down. Free the joint, or correct the fault, and repeat."
             )
 
@@ -146,12 +157,29 @@ class EmptyRun:
         if weight is not None:
             self._hung[k, weight] = 1.0
 
+    def _winding(self, joint: int) -> str:
+        """Return a sentence with the temperature of a hot winding, which a drive protects by less torque."""
+        rig = self.pilot.rig
+        celsius = rig.status()[joint].temperature_C if isinstance(rig, Powered) else np.nan
+        return f" Its motor is at {celsius:.0f} °C: the drive may give less torque." if celsius >= HOT_C else ""
+
+    def _record_warmth(self, t: float) -> None:
+        """Note the temperatures of the windings in the recording, if the drives measure them."""
+        self._warmth_next_s = t + WARMTH_EVERY_S
+        rig, recording = self.pilot.rig, self.pilot.recording
+        if recording is None or not isinstance(rig, Powered):
+            return
+        celsius = [drive.temperature_C for drive in rig.status()]
+        if np.isfinite(celsius).any():
+            text = " ".join(f"{value:.1f}" for value in celsius)
+            recording.write("/event", t, {"kind": WARMTH_EVENT, "text": text})
+
     def _record_weight(self, mount: str, mass: float) -> None:
         """Note the weight in the recording, for a later fit of the machine's twin."""
         recording = self.pilot.recording
         if recording is not None:
             text = WEIGHT_TEXT.format(mass=mass, mount=mount)
-            recording.write("/event", self.pilot.rig.read().t, {"kind": WEIGHT_EVENT, "text": text})
+            recording.write("/event", self.pilot.rig.t, {"kind": WEIGHT_EVENT, "text": text})
 
 
 class _Watch:

@@ -27,15 +27,10 @@ class CalibrateOptions(CalibratedOptions):
     """Motion file that the empty machine flies after its sweeps, such as further_motion.toml of `exograv twin fit`."""
 
     recording: Path | None = None
-    """Recording of the simulated machine's calibration, for `exograv twin fit`."""
+    """Recording of the calibration, for `exograv twin fit`."""
 
     def __post_init__(self):
         super().__post_init__()
-        if self.recording is not None and self.is_on_drives:
-            raise ConfigError(
-                "--recording is for a simulated machine without --drives. Record a machine on its drives with another "
-                "logger, as CSV or ROS (docs/howto/twin.md)."
-            )
         if self.recheck and (self.motion is not None or self.recording is not None):
             raise ConfigError("--motion and --recording belong to a whole calibration. Leave out --recheck.")
         if self.lengths and self.drives is None:

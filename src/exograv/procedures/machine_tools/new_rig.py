@@ -18,7 +18,7 @@ from exograv.model.urdf_inference import arms, side_of
 from .foreign_file import prepare
 from .foreign_file.frames import add_frames, base_at_shoulder, carry_by_body
 from .foreign_file.geometry import arm_geometry
-from .foreign_file.limits import missing_limits, placeholders
+from .foreign_file.limits import missing_limits, placeholders, rotor_inertias
 from .foreign_file.postures import donning_posture
 from .foreign_file.reading import Converter, read_foreign
 from .options import NewRigOptions
@@ -48,6 +48,7 @@ def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
     robot = read_foreign(options.urdf, convert)
     notes = prepare(robot, options.side, options.wearer_links, tuple(options.joints))
     missing = missing_limits(robot)
+    rotors = rotor_inertias(robot)
     file = Path(f"{options.urdf.name.split('.')[0] or 'machine'}.urdf")
     notes += _with_frames(robot, file, missing)
     tree = _tree(robot, file, missing)
@@ -58,7 +59,7 @@ def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
     geometry = [arm_geometry(tree, arm) for arm in found]
     known = [one for one in geometry if one is not None]
     closing = donning_posture(tree, known) if len(known) == len(found) else None
-    draft = Draft(tree, found, options.side or side_of(tree), missing, closing)
+    draft = Draft(tree, found, options.side or side_of(tree), missing, rotors, closing)
     text = rig_text(draft, folder.name, file.name)
     ElementTree.indent(robot)
     urdf = ElementTree.tostring(robot, encoding="unicode", xml_declaration=False) + "\n"

@@ -42,6 +42,7 @@ efficiency = 0.75  # [-] typical of a harmonic drive; 0.9 of a quasi-direct one.
 
 KP_MAX = 80.0  # N·m/rad: a wrong model moves the joint by some degrees, and the wearer can push it away
 PERIOD_S, HARMONICS = 20.0, 5
+ROUNDING_DEG = 0.6  # of ten amplitudes and a centre, each rounded to 0.1°
 EXCITATION_SHARE, EXCITATION_DEG = 0.25, 25.0
 """Largest deviation of a proposed excitation from its centre: a share of the joint's range, and [°]."""
 
@@ -57,6 +58,9 @@ class Draft:
     side: Side | None
     missing: Mapping[str, set[str]] = field(default_factory=dict)
     """Attributes of `<limit>` that the file lacks, by joint."""
+
+    rotors: Mapping[str, str] = field(default_factory=dict)
+    """Inertia of the rotor at the joint [kg·m²], by joint, where the file states it."""
 
     closing: Joints | None = None
     """Posture in which the cuffs are fastened [rad]; None if it is not known."""
@@ -125,13 +129,14 @@ def _wearer(found: list[ArmGuess], side: Side | None) -> str:
 
 def _centre(arm: ArmGuess) -> str:
     if arm.shoulder_centre is not None:
-        where = "where the first three axes meet" if arm.meeting is not None else "assumed at the length below"
+        where = arm.meets if arm.meeting is not None else "assumed at the length below"
         return f"{toml_value(arm.shoulder_centre)}  # {where}"
     what = "link, fixed to the base, where the machine has the wearer's shoulder"
     if arm.meeting is None:
-        return f'"?"  # {what}; the first three axes do not meet in a point'
+        axes = "two shoulder axes" if arm.shoulder_axes == 2 else "first three axes"
+        return f'"?"  # {what}; the {axes} do not meet in a point. Add such a link to the URDF if there is none'
     x, y, z = arm.meeting
-    return f'"?"  # {what}; the first three axes meet at {x:.4g} {y:.4g} {z:.4g} in the base: add such a link there'
+    return f'"?"  # {what}; {arm.meets}: at {x:.4g} {y:.4g} {z:.4g} in the base. Add such a link there'
 
 
 def _adjustment(arm: ArmGuess, begins_at_elbow: bool) -> str:
@@ -156,7 +161,7 @@ def _cuffs(arm: ArmGuess, kind: ArmKind | None) -> str:
     blocks = []
     for i, segment in enumerate(segments):
         prefix = f"{arm.side}_" if arm.side else ""
-        frame = '"?"  # link whose z is along the limb, at the cuff on the ' + segment
+        frame = f'"?"  # link whose z is along the limb, at the cuff on the {segment}; add one if the URDF has none'
         if len(arm.cuffs) == len(segments):
             origin = "added to the URDF" if arm.cuffs[i].startswith(PLACED) else "by its name"
             frame = f"{toml_value(arm.cuffs[i])}  # {origin}; z along the limb"
@@ -193,6 +198,8 @@ def _donning(draft: Draft) -> str:
 
 def _drives(draft: Draft) -> str:
     lines = DRIVES
+    if all(joint.name in draft.rotors for joint in draft.tree.joints):
+        lines = "".join(line for line in DRIVES.splitlines(keepends=True) if not line.startswith("rotor_inertia"))
     if any(draft.lacks(joint, "effort") for joint in draft.tree.joints):
         lines += 'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive, where the URDF gives none\n'
     if any(draft.lacks(joint, "velocity") for joint in draft.tree.joints):
@@ -204,7 +211,12 @@ def _actuator(draft: Draft, joint: Joint, place: PlaceGuess) -> str:
     reason = place.reason or "shoulder, elbow or wrist (forearm roll counts as wrist)"
     lines = [f"[[actuators]]\njoint = {toml_value(joint.name)}", f'place = "{place.place or MARK}"  # {reason}']
     if draft.lacks(joint, "lower", "upper"):
-        lines.append('range_deg = "?"  # °: [lower, upper] limit of the joint; the URDF gives none')
+        inside = ""
+        if draft.closing is not None:
+            inside = f". Proposed above: donning at {_degrees(draft.closing[[draft.tree.index(joint.name)]])[1:-1]}"
+        lines.append(f'range_deg = "?"  # °: [lower, upper] limit of the joint; the URDF gives none{inside}')
+    if joint.name in draft.rotors:
+        lines.append(f"rotor_inertia_kgm2 = {draft.rotors[joint.name]}  # kg·m² at the joint: armature in the file")
     kp, source = KP_MAX, "of recupera_like"
     if not draft.lacks(joint, "effort"):
         lines.append(
@@ -288,7 +300,9 @@ def _excitation(draft: Draft) -> str:
     low, high = np.array(ends).T
     closing = draft.closing
     centre = 0.5 * (low + high) if closing is None else np.rad2deg(closing)
-    centre = np.clip(centre, low + size, high - size).round(1) + 0.0
+    # Rounded amplitudes may add to more than the size.
+    size = np.maximum(size - ROUNDING_DEG, 0.0)
+    centre = np.clip(centre, low + size + ROUNDING_DEG, high - size - ROUNDING_DEG).round(1) + 0.0
     joints, harmonics = np.arange(len(size)), np.arange(1, HARMONICS + 1)[:, None]
     phase = 2 * np.pi * ((np.sqrt(5.0) - 1) / 2 * harmonics * (joints + 1) % 1.0)
     rows = {

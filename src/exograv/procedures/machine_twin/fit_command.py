@@ -13,6 +13,7 @@ from jaxtyping import Float
 from exograv import __version__
 from exograv.identification.machine_twin.axis_inertia import axis_inertia
 from exograv.identification.machine_twin.friction_laws import LAWS
+from exograv.identification.machine_twin.gain_temperature import GainByTemperature
 from exograv.identification.machine_twin.machine_fit import MachineFit, fit_machine
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
@@ -27,6 +28,7 @@ from exograv.report.figures.twin_fit_data import (
     JointResiduals,
     LawScore,
     TwinFigures,
+    WarmGain,
 )
 from exograv.storage.calibration_file import identity_of
 from exograv.storage.sealed_file import refuse_other_kind, sealed
@@ -254,11 +256,22 @@ def _figures(
             )
             if np.isfinite(value)
         ],
+        gain_by_temperature=_warm_gains(description, found.warmth),
         bandwidth_Hz=[value if np.isfinite(value) else None for value in response.bandwidth_Hz.tolist()],
-        warnings=_warnings(description, found),
+        warnings=_warnings(description, found) + _worn(recordings),
         further_motion=further_motion(description, found, axes),
         designed_motion=motion,
     )
+
+
+def _warm_gains(description: RigDescription, warmth: GainByTemperature) -> list[WarmGain]:
+    rows = list[WarmGain]()
+    columns = (100.0 * warmth.slope_per_C, 196.0 * warmth.sd, warmth.lowest_C, warmth.highest_C)
+    for joint, slope, half, low, high in zip(description.joints, *(one.tolist() for one in columns), strict=True):
+        is_told, is_measured = bool(np.isfinite(slope)), bool(np.isfinite(low))
+        ci95 = (slope - half, slope + half) if is_told else None
+        rows.append(WarmGain(joint, slope if is_told else None, ci95, (low, high) if is_measured else None))
+    return rows
 
 
 def _friction(description: RigDescription, found: MachineFit, j: int) -> JointFriction:
@@ -313,6 +326,16 @@ def _warnings(description: RigDescription, found: MachineFit) -> list[str]:
             "one delay for all, with a wider interval."
         )
     return told
+
+
+def _worn(recordings: tuple[ReadRecording, ...]) -> list[str]:
+    seconds = sum(one.worn_s for one in recordings)
+    if seconds == 0.0:
+        return []
+    return [
+        f"{seconds:.0f} s with an arm in the machine are left out. Stiffness and damping of the cuffs are not fitted: "
+        "they stay those of rig.toml."
+    ]
 
 
 OVER_NOISE_MAX = 1.2

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from exograv.errors import ConfigError, RecordingError
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.description import RigDescription
+from exograv.procedures.calibration.empty_run import WARMTH_EVENT
 from exograv.recording.joint_states import is_ros_recording, read_joint_states
 from exograv.recording.lerobot import is_lerobot, read_lerobot
 from exograv.recording.log_columns import NAMES, named_columns
@@ -40,6 +41,7 @@ WORN = frozenset(
 
 ASKED_TORQUES = ("tau_commanded", "torque_commanded", "commanded_torque", "tau_cmd", "target_torque", "tau_desired")
 ASKED_CURRENTS = ("current_commanded", "i_commanded", "current_asked", "commanded_current", "i_cmd", "target_current")
+TEMPERATURES = ("temperature", "motor_temperature", "winding_temperature", "temperature_c", "temp")
 MOTOR_POSITIONS = ("q_motor", "motor_position", "actual_motor_q", "motor_q")
 HUNG = ("weight_kg", "hung_kg", "known_weight_kg", "payload_kg")
 """Names of columns of a CSV recording, without the number or name of the joint."""
@@ -64,6 +66,8 @@ class ReadRecording:
     sha256: str
     is_simulated: bool
     """True if the recording states that its machine is simulated."""
+    worn_s: float = 0.0
+    """Time with an arm in the machine, which is left out [s]."""
 
     @property
     def seconds(self) -> float:
@@ -82,6 +86,8 @@ class _Columns:
     hung: Float[np.ndarray, "tick hanging"]
     is_simulated: bool = False
     q_motor: Float[np.ndarray, "tick joint"] | None = None
+    temperature: Float[np.ndarray, "tick joint"] | None = None
+    worn_s: float = 0.0
 
 
 def read_motions(
@@ -142,7 +148,7 @@ def _read(
         columns = _of_exograv(description, path)
     if weight is not None:
         columns.hung[:] = hung_row(description, *weight)
-    return ReadRecording(path, _pieces(path, columns), _digest(path), columns.is_simulated)
+    return ReadRecording(path, _pieces(path, columns), _digest(path), columns.is_simulated, columns.worn_s)
 
 
 def _digest(path: Path) -> str:
@@ -170,7 +176,8 @@ def _of_exograv(description: RigDescription, path: Path) -> _Columns:
             f"{path} has the joints {', '.join(recording.joints)}; {description.name} has "
             f"{', '.join(description.joints)}. Give the machine of the recording."
         )
-    ticks = recording.ticks[_of_empty_machine(recording)]
+    is_empty = _of_empty_machine(recording)
+    ticks = recording.ticks[is_empty]
     if not len(ticks):
         raise RecordingError(
             f"{path} has no tick of an empty machine: an arm is in it. Give a recording of a calibration, such as the "
@@ -184,7 +191,8 @@ def _of_exograv(description: RigDescription, path: Path) -> _Columns:
     return _Columns(
         ticks["t"].copy(), ticks["q_measured"].copy(), current.copy(), ticks["tau_commanded"] / gain,
         _hung(description, recording, ticks["t"]), recording.is_simulated,
-        ticks["q_motor"].copy() if np.isfinite(ticks["q_motor"]).any() else None,
+        ticks["q_motor"].copy() if np.isfinite(ticks["q_motor"]).any() else None, _warmth(recording, ticks["t"]),
+        float((~is_empty).sum() * np.median(np.diff(recording.ticks["t"]))) if len(ticks) > 1 else 0.0,
     )  # fmt: skip
 
 
@@ -204,6 +212,16 @@ def _hung(description: RigDescription, recording: Recording, t: np.ndarray) -> n
             hung[t >= event["t"]] = hung_row(description, told[2], float(told[1]))
             hung[(event["t"] - LOWERING_S <= t) & (t < event["t"])] = np.nan
     return hung
+
+
+def _warmth(recording: Recording, t: np.ndarray) -> np.ndarray | None:
+    """Return the temperatures of the windings [°C] by the recording's events, which are some seconds apart."""
+    told = [event for event in recording.messages("/event") if event["kind"] == WARMTH_EVENT]
+    rows = [[float(word) for word in event["text"].split()] for event in told]
+    if not rows or {len(row) for row in rows} != {len(recording.joints)}:
+        return None
+    times = [event["t"] for event in told]
+    return np.column_stack([np.interp(t, times, column) for column in np.array(rows).T])
 
 
 def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> _Columns:
@@ -227,7 +245,7 @@ def _of_lerobot(description: RigDescription, path: Path, is_degrees: bool) -> _C
     asked = table.current_asked
     if asked is None:
         asked = np.full_like(q, np.nan) if table.torque_asked is None else table.torque_asked / by
-    return _Columns(table.t, q, current, asked, _no_weight(description, len(q)))
+    return _Columns(table.t, q, current, asked, _no_weight(description, len(q)), temperature=table.temperature)
 
 
 def _no_weight(description: RigDescription, ticks: int) -> np.ndarray:
@@ -267,7 +285,9 @@ def _of_csv(description: RigDescription, path: Path) -> _Columns:
     weight = named_columns(names, HUNG, None)
     if weight is not None:
         hung[:] = np.outer(values[:, weight[0]], hung_row(description, description.calibration.mount, 1.0))
-    return _Columns(values[:, time[0]], q, used, asked, hung, q_motor=group(MOTOR_POSITIONS))
+    return _Columns(
+        values[:, time[0]], q, used, asked, hung, q_motor=group(MOTOR_POSITIONS), temperature=group(TEMPERATURES)
+    )
 
 
 def _ratio(tau: np.ndarray, current: np.ndarray, nominal: np.ndarray) -> np.ndarray:
@@ -303,10 +323,14 @@ def _pieces(path: Path, columns: _Columns) -> tuple[MeasuredMotion, ...]:
 
 def _even(name: str, columns: _Columns, part: np.ndarray, period_s: float) -> MeasuredMotion:
     t = columns.t[part]
-    rows = [columns.q, columns.current, columns.current_asked, columns.hung]
-    rows += [] if columns.q_motor is None else [columns.q_motor]
-    if np.abs(np.diff(t) - period_s).max() < 0.02 * period_s:
-        return MeasuredMotion(name, t, *(values[part] for values in rows))
-    grid = t[0] + period_s * np.arange(int((t[-1] - t[0]) / period_s) + 1)
-    even = [np.column_stack([np.interp(grid, t, column) for column in values[part].T]) for values in rows]
-    return MeasuredMotion(name, grid, *even)
+    is_even = np.abs(np.diff(t) - period_s).max() < 0.02 * period_s
+    grid = t if is_even else t[0] + period_s * np.arange(int((t[-1] - t[0]) / period_s) + 1)
+
+    def cut(values: np.ndarray) -> np.ndarray:
+        rows = values[part]
+        return rows if is_even else np.column_stack([np.interp(grid, t, column) for column in rows.T])
+
+    motor = None if columns.q_motor is None else cut(columns.q_motor)
+    warmth = None if columns.temperature is None else cut(columns.temperature)
+    moved = cut(columns.q), cut(columns.current), cut(columns.current_asked), cut(columns.hung)
+    return MeasuredMotion(name, grid, *moved, q_motor=motor, temperature=warmth)

@@ -81,6 +81,18 @@ class GearFigures:
 
 
 @dataclass(frozen=True)
+class WarmGain:
+    """Change of a joint's gain with the temperature of its motor."""
+
+    joint: str
+    percent_per_C: float | None
+    """Change of the gain over the gain, per degree; None if the recordings do not tell it."""
+    ci95_percent_per_C: tuple[float, float] | None
+    temperature_C: tuple[float, float] | None
+    """Lowest and highest temperature in the recordings; None without temperatures."""
+
+
+@dataclass(frozen=True)
 class ExpectedGain:
     """Parameter, and what the designed motion is expected to tell about it."""
 
@@ -120,6 +132,7 @@ class TwinFigures:
     bandwidth_Hz: Sequence[float | None]
     gears: Sequence[GearFigures]
     """Gears whose motors have their own encoders."""
+    gain_by_temperature: Sequence[WarmGain]
     warnings: Sequence[str]
     further_motion: Sequence[str]
     """Motions that would tell what these recordings do not."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from exograv.report.figures.twin_fit import INTERVAL, WORDS, draw_friction, draw_parameters, draw_residuals
-from exograv.report.figures.twin_fit_data import FittedParameter, JointFriction, TwinFigures
+from exograv.report.figures.twin_fit_data import FittedParameter, JointFriction, TwinFigures, WarmGain
 from exograv.report.style.figure_style import house_style, joint_label
 from exograv.report.style.page import Bullets, Chapter, Page, Table, Text, Tile, write_page
 
@@ -58,7 +58,7 @@ def write_twin_report(figures: TwinFigures, html_path: Path) -> Path:
                 "Parameters", [_parameters(figures)], "parameters", draw_parameters(figures.parameters), PARAMETERS_TEXT
             ),
         ]
-    chapters += [_identifiability(figures.parameters), _further(figures)]
+    chapters += [_identifiability(figures.parameters, figures.gain_by_temperature), _further(figures)]
     page = Page(
         headline=headline(figures),
         simulated=SIMULATED_MACHINE if figures.is_simulated else "",
@@ -156,7 +156,7 @@ def _parameters(figures: TwinFigures) -> Table:
     return Table(columns, rows)
 
 
-def _identifiability(rows: Sequence[FittedParameter]) -> Chapter:
+def _identifiability(rows: Sequence[FittedParameter], gains: Sequence[WarmGain]) -> Chapter:
     groups = (
         ("Told by the recordings", [row for row in rows if row.learned >= MOSTLY_LEARNED]),
         ("Told in part", [row for row in rows if LITTLE_LEARNED <= row.learned < MOSTLY_LEARNED]),
@@ -164,7 +164,24 @@ def _identifiability(rows: Sequence[FittedParameter]) -> Chapter:
     )
     bullets = [f"{title}: {_listed(group)}." for title, group in groups if group]
     said = "The share is 1 − standard deviation after the recordings / before them."
-    return Chapter("What the recordings tell", [said, Bullets(bullets)], "identifiability")
+    return Chapter("What the recordings tell", [said, Bullets(bullets), *_warm(gains)], "identifiability")
+
+
+def _warm(gains: Sequence[WarmGain]) -> list[str | Table]:
+    """Table of the gains by temperature; a sentence if no recording tells one."""
+    if not any(row.percent_per_C is not None for row in gains):
+        why = "their temperatures varied too little" if any(row.temperature_C for row in gains) else "they hold none"
+        return [f"Gain by temperature is not told by these recordings: {why}."]
+    rows = [
+        (
+            joint_label(row.joint),
+            "not told" if row.temperature_C is None else f"{row.temperature_C[0]:.0f} to {row.temperature_C[1]:.0f} °C",
+            "not told" if row.percent_per_C is None else f"{row.percent_per_C:.2f} %/°C",
+            "" if row.ci95_percent_per_C is None else "{:.2f} to {:.2f}".format(*row.ci95_percent_per_C),
+        )
+        for row in gains
+    ]
+    return [Table(("joint", "temperature of the motor", "gain by temperature", "95 % interval"), rows)]
 
 
 def _listed(rows: Sequence[FittedParameter]) -> str:

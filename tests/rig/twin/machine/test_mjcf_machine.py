@@ -53,6 +53,15 @@ def test_an_mjcf_without_its_meshes_becomes_a_machine_with_the_same_weight(tmp_p
     assert "palm" in tree.frames
 
 
+def test_the_inertia_of_a_rotor_in_an_mjcf_is_not_asked_for(tmp_path: Path):
+    text = ARM.replace('<default class="shoulder">', '<joint armature="0.081"/><default class="shoulder">')
+    found = new_rig(NewRigOptions(written(tmp_path, text, "machine.xml"), tmp_path / "mine"), urdf_of_mjcf)
+    assert "drives.rotor_inertia_kgm2" not in [question.key for question in found.questions]
+    answered(found.folder, FOUR)
+    actuators = load_rig(str(found.folder)).settings.actuators
+    assert [one.rotor_inertia_kgm2 for one in actuators] == [0.081] * 4
+
+
 def test_a_body_whose_mass_is_in_a_missing_mesh_is_a_fault_with_its_name(tmp_path: Path):
     geom = '<geom type="capsule" fromto="0 -0.03 0 0 -0.03 -0.22" size="0.02" mass="0.6"/>'
     path = written(tmp_path, ARM.replace(geom, '<geom type="mesh" mesh="shell"/>'), "machine.xml")
@@ -63,4 +72,10 @@ def test_a_body_whose_mass_is_in_a_missing_mesh_is_a_fault_with_its_name(tmp_pat
 def test_an_mjcf_that_mujoco_cannot_read_is_refused_with_its_reason(tmp_path: Path):
     path = written(tmp_path, ARM.replace('flexion" class="shoulder"', 'flexion" class="nobody"'), "machine.mjcf")
     with pytest.raises(ModelError, match=r"MuJoCo cannot read machine.mjcf: .*nobody.* Correct the MJCF"):
+        urdf_of_mjcf(path)
+
+
+def test_a_file_that_an_mjcf_includes_and_that_is_missing_is_asked_for(tmp_path: Path):
+    path = written(tmp_path, ARM.replace("<asset>", '<include file="nowhere/scene.xml"/><asset>'), "machine.xml")
+    with pytest.raises(ModelError, match=r"nowhere/scene.xml.* Put the included file there\.$"):
         urdf_of_mjcf(path)

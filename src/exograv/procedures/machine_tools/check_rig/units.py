@@ -3,7 +3,7 @@
 import numpy as np
 
 from exograv.model.rig_settings import Actuator, Cuff, RigSettings
-from exograv.model.tree import Joint, Tree
+from exograv.model.tree import Joint, Tree, inertia_about_origin
 
 from .findings import CheckFindings
 
@@ -18,6 +18,8 @@ ROTOR_MAX = 2.0  # kg·m² at the joint: ten times that of a harmonic drive of 6
 STIFFNESS_MAX_N_PER_MM, STIFFNESS_MAX_NM_PER_DEG = 500.0, 50.0
 """Largest plausible stiffness of a cuff: 100 times that of a strap. No flesh is that stiff."""
 WEIGHT_MAX_KG = 30.0
+GYRATION_MAX_M = 0.5
+"""Largest plausible radius of gyration of a link. A rod of 1.5 m has 0.43 m."""
 LINK_MAX_KG, LINK_MIN_KG = 25.0, 0.005
 """Plausible mass of a link. The heaviest published link weighs 6.7 kg (NESM), a bare bracket some grams."""
 
@@ -41,11 +43,45 @@ def examine_units(file: str, tree: Tree, findings: CheckFindings) -> None:
                 f"{file}: link '{body}' weighs {phi[0]:.4g} kg; allowed: {LINK_MIN_KG} to {LINK_MAX_KG} kg. It may be "
                 "in another unit; URDF is in kg."
             )
+    _examine_inertias(file, tree, findings)
     if longest < LENGTH_MIN_M:
         findings.problem(
             f"{file}: no joint or centre of mass is more than {longest:.2g} m from its joint; a machine for an arm has "
             f"distances over {LENGTH_MIN_M} m. URDF is in m."
         )
+
+
+def _examine_inertias(file: str, tree: Tree, findings: CheckFindings) -> None:
+    """Note inertias that no link of this mass has, and inertials that were copied from link to link."""
+    measured = "`exograv rig calibrate` measures the links; until then the twin has the inertials of the file."
+    for body, phi in zip(tree.bodies, tree.phi, strict=True):
+        centre = phi[1:4] / phi[0]
+        about_centre = inertia_about_origin(phi) - phi[0] * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+        largest = max(0.0, float(np.linalg.eigvalsh(about_centre).max()))
+        radius = float(np.sqrt(largest / phi[0]))
+        if radius > GYRATION_MAX_M:
+            findings.note(
+                f"{file}: link '{body}' of {phi[0]:.3g} kg has an inertia of {largest:.3g} kg·m², as if its mass were "
+                f"{radius:.2g} m away from its centre; allowed: up to {GYRATION_MAX_M} m. Mass or inertia is wrong. "
+                f"{measured}"
+            )
+    for i, body in enumerate(tree.bodies):
+        same = [k for k in range(len(tree.bodies)) if np.array_equal(tree.phi[k], tree.phi[i])]
+        same = [k for k in same if k == i or i in _before(tree, k)]
+        if len(same) > 1 and not any(np.array_equal(tree.phi[k], tree.phi[i]) for k in _before(tree, i)):
+            names = ", ".join(f"'{tree.bodies[k]}'" for k in same)
+            findings.note(
+                f"{file}: links {names} have the same mass ({tree.phi[i, 0]:.4g} kg), centre and inertia, as copied "
+                f"from one to the next. Link '{body}' and those after it cannot all have them. {measured}"
+            )
+
+
+def _before(tree: Tree, body: int) -> list[int]:
+    """Return the bodies that carry a body."""
+    found = []
+    while (body := tree.joints[body].parent) >= 0:
+        found.append(body)
+    return found
 
 
 def _examine_joint(file: str, joint: Joint, findings: CheckFindings) -> None:

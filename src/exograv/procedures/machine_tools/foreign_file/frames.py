@@ -43,7 +43,7 @@ class _Adding:
         if arm.shoulder_centre is None and at.carrier < 0:
             self._add("shoulder_centre", -1, np.eye(3), at.shoulder, "the elbow's axis, assumed")
         elif arm.shoulder_centre is None and arm.meeting is not None:
-            self._add("shoulder_centre", -1, np.eye(3), arm.meeting, "where the first three axes meet")
+            self._add("shoulder_centre", -1, np.eye(3), arm.meeting, arm.meets)
         beyond = [i for i, guess in zip(arm.joints, arm.places, strict=True) if guess.place == "wrist"]
         wanted = 3 if len(beyond) > 1 else 2
         R_forearm = _along(at.forearm, at.axis_in_body)

@@ -12,6 +12,8 @@ from exograv.model.urdf_inference import ArmGuess
 
 UPPER_ARM_M = 0.29
 """Upper arm assumed for a machine without shoulder joints: median of men and women (docs/explanation/arm.md)."""
+ON_AXIS_M, FRAME_MIN_M = 0.01, 0.05
+"""Distance from the elbow's axis below which a centre of mass, or a frame, does not show the forearm's direction."""
 SNAP_COSINE = np.cos(np.deg2rad(25.0))
 """A centre of mass within 25° of the direction along or across the upper arm shows that direction: drives beside the
 limb shift it."""
@@ -93,17 +95,26 @@ def arm_geometry(tree: Tree, arm: ArmGuess) -> ArmGeometry | None:
 
 
 def _beyond(tree: Tree, e: int, arm: ArmGuess) -> Vector | None:
-    """Direction of the forearm in the elbow's body by the centre of everything beyond it, across the elbow's axis."""
+    """Direction of the forearm in the elbow's body, across the elbow's axis.
+
+    It points to the centre of everything beyond the elbow. If that lies on the axis, as in files with placeholders for
+    inertias, it points to the farthest frame.
+    """
     joint, poses, zero = tree.joints[e], Pose(tree), np.zeros(len(tree.joints))
     R_e, p_e = poses(zero, e)
     moved = [i for i in arm.joints if i >= e]
     centre = sum(
         (poses(zero, i)[0] @ tree.phi[i, 1:4] + tree.phi[i, 0] * poses(zero, i)[1] for i in moved), np.zeros(3)
     )
-    found = R_e.T @ (centre / tree.phi[moved, 0].sum() - p_e)
-    found = found - joint.axis * (joint.axis @ found)
-    length = float(np.linalg.norm(found))
-    return None if length < 0.01 else found / length
+    frames = [frame for frame in tree.frames.values() if frame.body in moved]
+    places = [poses(zero, frame.body)[0] @ frame.p_body_frame + poses(zero, frame.body)[1] for frame in frames]
+    away = [R_e.T @ (place - p_e) for place in (centre / tree.phi[moved, 0].sum(), *places)]
+    away = [one - joint.axis * (joint.axis @ one) for one in away]
+    if np.linalg.norm(away[0]) >= ON_AXIS_M:
+        return away[0] / np.linalg.norm(away[0])
+    farthest = max(away, key=lambda one: float(np.linalg.norm(one)))
+    length = float(np.linalg.norm(farthest))
+    return None if length < FRAME_MIN_M else farthest / length
 
 
 def _nearest_axis(direction: Vector) -> Vector:

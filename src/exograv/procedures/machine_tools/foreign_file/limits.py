@@ -40,6 +40,19 @@ def placeholders(missing: Mapping[str, set[str]]) -> dict[str, dict[str, float]]
     return {joint: {key: PLACEHOLDER[key] for key in keys} for joint, keys in missing.items()}
 
 
+def rotor_inertias(robot: ElementTree.Element) -> dict[str, str]:
+    """Remove the rotors' inertias, which are no part of URDF, and return them by joint [kg·m²]."""
+    found = {}
+    for joint in robot.findall("joint"):
+        for dynamics in joint.findall("dynamics"):
+            armature = dynamics.attrib.pop("armature", None)
+            if armature is not None:
+                found[joint.get("name", "")] = armature
+            if not dynamics.attrib:
+                joint.remove(dynamics)
+    return found
+
+
 def _is_zero(text: str | None) -> bool:
     try:
         return text is not None and float(text) == 0.0

@@ -16,7 +16,9 @@ Joints = Float[np.ndarray, " joint"]
 
 OFF_MAX_DEG = 5.0
 """Largest angle of a segment to its direction at donning in a posture that is proposed [°]."""
-INSIDE_RAD = np.deg2rad(5.0)
+INSIDE_RAD, DONNING_INSIDE_RAD = np.deg2rad([5.0, 2.0])
+"""Distance of proposed postures from the limits of the joints. In many machines the hanging arm is at a limit; at
+donning `exograv rig check` allows 3° between arm and machine."""
 STARTS, POSTURES, POINTS = 8, 256, 5
 
 
@@ -33,17 +35,17 @@ class Sweep:
     """Place of the weight in the body's frame [m]."""
 
 
-def box(tree: Tree) -> tuple[Joints, Joints]:
-    """Limits of the joints [rad], 5° inside; those of an endless joint are half a turn."""
+def box(tree: Tree, inside_rad: float) -> tuple[Joints, Joints]:
+    """Limits of the joints [rad], with a distance; those of an endless joint are half a turn."""
     lower = np.array([max(joint.lower, -np.pi) for joint in tree.joints])
     upper = np.array([min(joint.upper, np.pi) for joint in tree.joints])
-    inside = np.minimum(INSIDE_RAD, 0.25 * (upper - lower))
+    inside = np.minimum(inside_rad, 0.25 * (upper - lower))
     return lower + inside, upper - inside
 
 
 def donning_posture(tree: Tree, arms: list[ArmGeometry]) -> Joints | None:
     """Posture [rad] in which the upper arms hang and the forearms point forward; None if the machine has none."""
-    poses, (lower, upper) = Pose(tree), box(tree)
+    poses, (lower, upper) = Pose(tree), box(tree, float(DONNING_INSIDE_RAD))
 
     def misses(q: Joints) -> Float[np.ndarray, " miss"]:
         parts = [1e-3 * q]  # A freedom that turns neither segment stays at its zero.
@@ -66,7 +68,7 @@ def sweep_posture(tree: Tree, sweep: Sweep, held: Mapping[int, float]) -> Joints
 
     `held`: positions [rad] of the joints whose limits are not known, by index.
     """
-    poses, (lower, upper) = Pose(tree), box(tree)
+    poses, (lower, upper) = Pose(tree), box(tree, float(INSIDE_RAD))
     spread = lower + sobol_points(len(lower), POSTURES) * (upper - lower)
     rows = np.vstack([np.clip(np.zeros(len(lower)), lower, upper), spread])
     for i, position in held.items():

@@ -5,12 +5,13 @@ import xml.etree.ElementTree as ElementTree
 
 from exograv.errors import ConfigError
 
-from .links import Links, child_of, mass_of, parent_of
+from .links import Links, mass_of, parent_of
 
 PERSON = re.compile(
     r"human|wearer|operator|patient|subject(?!ive)|person|mannequin|manikin|phantom|dummy", re.IGNORECASE
 )
 ANATOMY = re.compile(r"humerus|ulna|radius|clavicle|forearm|upper_?arm|lower_?arm|(^|_)(hand|arm)(_|$)", re.IGNORECASE)
+BONES = re.compile(r"humerus|ulna|radius|clavicle|scapula", re.IGNORECASE)
 MACHINE = re.compile(r"exo|orthosis|cuff|shell|brace|mount|frame|bracket|robot|motor|drive|link|base", re.IGNORECASE)
 LIGHTEST_KG = 0.25
 """Hand of a woman of 45 kg; a lighter link with an anatomical name is a bracket or a cuff."""
@@ -37,14 +38,16 @@ def examine_wearer_links(robot: ElementTree.Element, answer: str | None) -> list
     if answer == "keep":
         return [f"Parts of the machine, as answered: {masses}."]
     for name in found:
-        _leave_out(robot, Links(robot), name)
+        _leave_out(links.links[name])
     return [f"Left out as the wearer's, as answered: {masses}."]
 
 
 def _is_person(links: Links, name: str) -> bool:
-    """Return True if a link is named like a person, or like a limb that is fixed to a link with a mass of its own."""
+    """Return True if a link is named like a person or a bone, or like a limb fixed to a link with a mass of its own."""
     if PERSON.search(name):
         return True
+    if BONES.search(name) and not MACHINE.search(name) and mass_of(links.links[name]) >= LIGHTEST_KG:
+        return True  # In a file of a person in the machine, the machine's joint moves the bone.
     joint = links.above.get(name)
     if joint is None or not ANATOMY.search(name) or MACHINE.search(name) or links.joints[joint].get("type") != "fixed":
         return False
@@ -54,16 +57,8 @@ def _is_person(links: Links, name: str) -> bool:
     return mass_of(links.links[name]) >= LIGHTEST_KG and mass_of(carrier) > 0.0
 
 
-def _leave_out(robot: ElementTree.Element, links: Links, name: str) -> None:
-    """Remove a link; a link that carries others keeps its place without its mass."""
-    if name not in links.links:
-        return
-    element = links.links[name]
-    others = [child_of(links.joints[joint]) for joint in links.below(name)]
-    if not others and name in links.above:
-        robot.remove(links.joints[links.above[name]])
-        robot.remove(element)
-        return
+def _leave_out(element: ElementTree.Element) -> None:
+    """Remove the mass of a link. Its place stays, since it shows where the limb lies."""
     inertial = element.find("inertial")
     if inertial is not None:
         element.remove(inertial)

@@ -30,7 +30,8 @@ def urdf_of_mjcf(path: Path) -> str:
         model = spec.compile()
     except (ValueError, TypeError) as error:
         what = " ".join(str(error).split())
-        raise ModelError(f"MuJoCo cannot read {path.name}: {what}. Correct the MJCF.") from error
+        step = "Put the included file there" if "opening file" in what else "Correct the MJCF"
+        raise ModelError(f"MuJoCo cannot read {path.name}: {what}. {step}.") from error
     return _Urdf(model, massless).text(spec.modelname or path.stem)
 
 
@@ -130,6 +131,10 @@ class _Urdf:
             limit["effort"] = f"{effort:.9g}"
         if limit:
             ElementTree.SubElement(joint, "limit", limit)
+        armature = float(model.dof_armature[model.jnt_dofadr[j]])
+        if armature > 0.0:
+            # URDF has no such attribute; `exograv rig new` moves it to `rig.toml`.
+            ElementTree.SubElement(joint, "dynamics", armature=f"{armature:.9g}")
 
     def _effort(self, j: int) -> float:
         """Return the largest torque of a joint by its own or its actuator's limit; zero if there is none."""
