@@ -46,8 +46,10 @@ def test_a_killed_session_continues_with_what_it_has_learned_and_the_next_day_st
 
         def touches() -> int:
             assert process.poll() is None, "the run ended before it was killed"
-            state = json.loads(json.loads(kept.read_text())["run"]) if kept.exists() else {"windows": []}
-            return state["touches"] if len(state["windows"]) == 2 and state["windows"][1]["touches"] else 0
+            if not kept.exists():
+                return 0
+            state = json.loads(json.loads(kept.read_text())["run"])
+            return int(state["touches"]) if len(state["windows"]) == 2 and state["windows"][1]["touches"] else 0
 
         try:
             told = wait_until(touches, "a touch in the second window", WAIT_S)

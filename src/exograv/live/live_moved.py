@@ -111,8 +111,9 @@ class LiveMoved:
                     seen = tick
                     break
                 ticks = tick - seen if seen >= 0 and tick - seen <= BRIDGED_TICKS else 1
-                for k in range(1, ticks + 1) if heard is not None else ():
-                    heard(*between(before, values, k / ticks))
+                if heard is not None:
+                    for k in range(1, ticks + 1):
+                        heard(*between(before, values, k / ticks))
                 before, seen = values, tick
             self.progress(text, max(min(seen / len(path), 1.0), 0.0))
 
@@ -130,7 +131,8 @@ class LiveMoved:
 
     def carry(self, place: WeightPlace, mass: float) -> None:
         """Carry a weight [kg] at this place from now on; zero removes it."""
-        self._weights = {where: kg for where, kg in {**self._weights, place: mass}.items() if kg}
+        weights: dict[WeightPlace, float] = {**self._weights, place: mass}
+        self._weights = {where: kg for where, kg in weights.items() if kg}
         self.order(is_led=True, place=place, mass_kg=float(mass))
 
     def _wear_known(self, x: Parameters, *, is_driven: bool) -> None:

@@ -85,7 +85,9 @@ def read_order(message: Mapping[str, Any]) -> Order:
 
 
 def _read_path(message: Mapping[str, Any]) -> Planned:
-    values = {name: np.array(value) if isinstance(value, list) else value for name, value in message.items()}
+    values: dict[str, Any] = {
+        name: np.array(value) if isinstance(value, list) else value for name, value in message.items()
+    }
     return PATHS[values.pop("kind")](**values)
 
 

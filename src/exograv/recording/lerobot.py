@@ -52,6 +52,9 @@ class LeRobotTable:
 
     current_asked: Float[np.ndarray, "frame joint"] | None
     torque_asked: Float[np.ndarray, "frame joint"] | None
+
+    temperature: Float[np.ndarray, "frame joint"] | None = None
+    """Temperatures of the motors [°C]."""
     temperature: Float[np.ndarray, "frame joint"] | None
     """Temperatures of the motors [°C]."""
 

@@ -49,7 +49,7 @@ def shaken(exo: Exo) -> tuple[EmptyMachine, Fit, Samples, np.ndarray]:
     wound = TRUE * load + 1e-3 + NOISE_RAD * draw.standard_normal(q.shape)
     prior = with_link_errors(model.prior, 3.0)
     fit = model.fit(sweeps, prior, model.fit(sweeps, prior))
-    return model, fit, Samples(sweeps, np.zeros(len(t), dtype=int), wound), true
+    return model, fit, Samples(sweeps, np.zeros(len(t), dtype=int), wound, np.full_like(q, np.nan)), true
 
 
 def test_rotors_part_from_links_by_the_encoders_on_the_motors(shaken: tuple[EmptyMachine, Fit, Samples, np.ndarray]):
@@ -63,7 +63,8 @@ def test_rotors_part_from_links_by_the_encoders_on_the_motors(shaken: tuple[Empt
 
 def test_a_fit_without_encoders_on_the_motors_stays(shaken: tuple[EmptyMachine, Fit, Samples, np.ndarray]):
     model, fit, samples, _ = shaken
-    none = Samples(samples.sweeps, samples.fold, np.full_like(samples.wound_up, np.nan))
+    unknown = np.full_like(samples.wound_up, np.nan)
+    none = Samples(samples.sweeps, samples.fold, unknown, unknown)
     found = with_wind_up(model, fit, none)
     np.testing.assert_allclose(found.theta, fit.theta, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(found.sd, fit.sd, rtol=1e-6)

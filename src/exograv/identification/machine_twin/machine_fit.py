@@ -164,8 +164,8 @@ def fit_machine(
     fastest = np.abs(samples.sweeps.v).max(axis=0)
     curve = friction_curve(model, fit, held, float(samples.sweeps.t[-1]))
     return MachineFit(
-        fit, of_noise, size, model, choices, curve, response, gears, warmth, step, noise_A, validation, moved_s, fastest,
-        samples.sweeps,
+        fit, of_noise, size, model, choices, curve, response, gears, warmth, step, noise_A, validation, moved_s,
+        fastest, samples.sweeps,
     )  # fmt: skip
 
 

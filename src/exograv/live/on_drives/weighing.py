@@ -107,7 +107,9 @@ def run_weighing_on_drives(
 
     def move(machine: LiveMoved, hands: Hands, _shown: Progress) -> None:
         operator = hands.weights if options.simulate else WeightAtPerson(say)
-        placed = {place: PlacedWeight(machine, operator, place, mass) for place, mass in options.weights.items()}
+        placed: dict[WeightPlace, PlacedWeight] = {
+            place: PlacedWeight(machine, operator, place, mass) for place, mass in options.weights.items()
+        }
         for place, weight in placed.items():
             found.append(weigh(machine, machine.model, machine.estimate, weight.put, place))
         task = {"weights": [{"place": one.place, "estimated_kg": one.mass, "sd_kg": one.sd} for one in found]}
