@@ -53,8 +53,6 @@ class LeRobotTable:
     current_asked: Float[np.ndarray, "frame joint"] | None
     torque_asked: Float[np.ndarray, "frame joint"] | None
 
-    temperature: Float[np.ndarray, "frame joint"] | None = None
-    """Temperatures of the motors [°C]."""
     temperature: Float[np.ndarray, "frame joint"] | None
     """Temperatures of the motors [°C]."""
 
@@ -84,9 +82,10 @@ def read_lerobot(path: Path, joints: Sequence[str]) -> LeRobotTable:
             f"{path} lacks {TIME}, or positions and currents or torques of the joints {', '.join(joints)}. Name them "
             f"in {INFO}, as {joints[0]}.pos and {joints[0]}.current in {STATE}. Columns there: {there}."
         )
-    asked = [_group(columns, joints, ACTION, quantity) for quantity in ("current", "torque")]
+    t = _one_clock(columns[TIME], columns.get(EPISODE))
+    asked = (_group(columns, joints, ACTION, quantity) for quantity in ("current", "torque"))
     warmth = _group(columns, joints, "observation", "temperature")
-    return LeRobotTable(_one_clock(columns[TIME], columns.get(EPISODE)), q, current, torque, *asked, warmth)
+    return LeRobotTable(t, q, current, torque, *asked, temperature=warmth)
 
 
 def _one_clock(stamp: Float[np.ndarray, " frame"], episode: Float[np.ndarray, " frame"] | None) -> np.ndarray:
