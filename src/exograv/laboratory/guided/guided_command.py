@@ -15,6 +15,7 @@ from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
 from exograv.loop.floating_machine import PilotedMachine
 from exograv.loop.pilot import Progress
+from exograv.loop.tick_sample import Joints
 from exograv.model.description import ArmSide
 from exograv.options import TwinOptions, WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -102,9 +103,14 @@ def run_teach(
         therapist = Therapist(arm.rig, movement)
         # The pilot flies in slices without a text of their own.
         arm.pilot.progress = lambda _text, _share: None
-        progress("The arm floats; lead it", 0.0)
         machine = PilotedMachine(arm.pilot, arm.controller, therapist.act)
-        path_found = teach(machine, arm.controller.assembly, movement.seconds + AFTER_S)
+        begun, longest_s = machine.t, movement.seconds + AFTER_S
+
+        def show(t: float, _q: Joints) -> bool:
+            progress("The arm floats; lead it", min((t - begun) / longest_s, 1.0))
+            return False
+
+        path_found = teach(machine, arm.controller.assembly, longest_s, show)
         whole = make_taught_path(
             path_found, laboratory.description, code, datetime.now(UTC).replace(microsecond=0), True
         )

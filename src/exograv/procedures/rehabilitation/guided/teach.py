@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from exograv.loop.floating_machine import LOOK_S, FloatingMachine
+from exograv.loop.tick_sample import Joints
 from exograv.model.assembly import Assembly
 
 from .path_shaping import SHORTEST_RAD, STARTS_RAD, ShapedPath, shaped
@@ -12,7 +13,6 @@ from .path_shaping import SHORTEST_RAD, STARTS_RAD, ShapedPath, shaped
 STILL_S = 3.0
 """Time without motion, after a motion, that ends the teaching of a person in a machine on drives [s]."""
 
-Joints = np.ndarray
 Done = Callable[[float, Joints], bool]
 """Function of the time [s] and the joint positions [rad] that returns True to end the teaching."""
 
