@@ -83,7 +83,7 @@ class LiveGuided:
         while (now := self._floating.t) < begun + seconds:
             if guide is None:
                 self._floating.wait()
-                listener(SeenMotion(self.q, np.zeros_like(self.q)))
+                listener(SeenMotion(self.q, self._floating.v))
             else:
                 self._hear(guide, listener)
             if done():

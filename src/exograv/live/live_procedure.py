@@ -63,7 +63,7 @@ class LiveFloat:
         self._still, self._count, self._state = np.zeros(joints), 0, np.zeros((), state_dtype(joints))
 
     def close(self) -> None:
-        """Close both mailboxes."""
+        """Close the mailboxes of states and answers."""
         self._states.close()
         self._answers.close()
 
@@ -81,6 +81,12 @@ class LiveFloat:
     def gravity_level(self) -> float:
         """Share of the arm's weight that the person feels now, by the guard [-]."""
         return float(self._state["gravity_level"])
+
+    @property
+    def v(self) -> Joints:
+        """Joint velocity that control has observed, in its newest answer [rad/s]; zero before the first answer."""
+        answer = self._answers.read()
+        return self._still.copy() if answer is None else answer[1]["v"].copy()
 
     @property
     def drive(self) -> float:

@@ -34,10 +34,10 @@ class ObservedMotion(Protocol):
 
     @property
     def q(self) -> Joints:
-        """Observed position [rad]."""
+        """Joint position at this tick, as control observes it [rad]."""
         ...
 
     @property
     def v(self) -> Joints:
-        """Observed velocity [rad/s]."""
+        """Joint velocity at this tick, as control observes it [rad/s]."""
         ...

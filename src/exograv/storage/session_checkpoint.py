@@ -48,7 +48,7 @@ class KeptArm(Settings):
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters and covariance."""
+        """Return parameters and covariance as arrays."""
         return np.array(self.x), np.array(self.covariance)
 
 
