@@ -108,3 +108,25 @@ def test_wrong_arrays_are_refused_with_what_is_allowed(rig, arrays, change, word
 def test_a_calibration_of_another_machine_is_refused():
     with pytest.raises(exograv.ExogravError, match="another machine"):
         exograv.load_calibration(DATA / "calibration.toml", exograv.load_rig("recupera_like_qdd"))
+
+
+@pytest.mark.long
+def test_signals_of_muscles_that_stay_silent_change_nothing(rig, arrays, calibration, estimate):
+    q, tau = arrays
+    found = exograv.identify(rig, PERSON, q, tau, DT, muscles=np.zeros((len(q), 3)), calibration=calibration)
+    np.testing.assert_allclose(found.x, estimate.x, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("muscles", "method", "text"),
+    [
+        (np.zeros(500), "recursive", "must be \\(sample, channel\\)"),
+        (np.full((500, 2), np.nan), "recursive", "muscles\\[0, 0\\] is nan"),
+        (np.full((500, 2), 40.0), "recursive", "not in microvolts"),
+        (np.zeros((400, 2)), "recursive", "muscles has 400 samples"),
+        (np.zeros((500, 2)), "rls", "has no use for them"),
+    ],
+)
+def test_signals_of_muscles_that_cannot_be_are_refused_with_what_is_allowed(rig, muscles, method, text):
+    with pytest.raises(exograv.ExogravError, match=text):
+        exograv.identify(rig, PERSON, *_short(), DT, muscles=muscles, method=method)

@@ -18,6 +18,7 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Outcome
 from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.muscle_signals import MuscleSignals
 from exograv.identification.core.prior import prior
 from exograv.identification.recursive.previous_session import kept_part
 from exograv.model.anthropometry import Body
@@ -41,6 +42,10 @@ PERIOD_S = (0.0002, 0.01)
 FILTER_PERIOD_S = 0.001
 """Longest period of the estimator's filter [s], which holds its input over a period. The error of its acceleration
 grows with the square of the period; it is 0.03 1/s times the velocity at 1 ms."""
+
+SHARE_MAX = 3.0
+"""Largest share of a maximum voluntary contraction that a signal may reach [-]: a reference contraction is often too
+weak, and per cent or microvolts are an error of the unit."""
 
 SHORTEST_S = 2.0
 """Shortest motion from which `identify` makes an estimate [s]."""
@@ -173,7 +178,7 @@ class Estimate:
         return cls(person, assembly, known, x, covariance, how.outcome, how.method, how.motion_s)
 
 
-def identify(
+def identify(  # noqa: PLR0913 - measured arrays by name
     rig: RigDescription,
     person: Body,
     q: ArrayLike,
@@ -181,6 +186,7 @@ def identify(
     dt: float,
     *,
     v: ArrayLike | None = None,
+    muscles: ArrayLike | None = None,
     calibration: Calibration | None = None,
     method: MethodName = "recursive",
 ) -> Estimate:
@@ -196,6 +202,9 @@ def identify(
         tau: Joint torques of the motors (sample, joint), friction included, positive along the joint axis [N·m].
         dt: Sampling period, constant [s].
         v: Joint velocities (sample, joint), without delay against `q` [rad/s]; differentiated from `q` if None.
+        muscles: Envelopes of the muscles' EMG (sample, channel): their size above rest, as a share of a maximum
+            voluntary contraction [-], at the times of `q`. Which muscle a channel belongs to need not be known. Only
+            the method 'recursive' uses them.
         calibration: Calibration of the machine; the values of its data sheets if None.
         method: Name of the identification method.
 
@@ -205,16 +214,20 @@ def identify(
     """
     position, torque = _checked("q", q, rig, dt), _checked("tau", tau, rig, dt)
     velocity = None if v is None else _checked("v", v, rig, dt)
-    for name, other in (("tau", torque), ("v", velocity)):
+    signals = None if muscles is None else _checked_signals(muscles, method)
+    for name, other in (("tau", torque), ("v", velocity), ("muscles", signals)):
         if other is not None and len(other) != len(position):
             raise ConfigError(f"{name} has {len(other)} samples and q has {len(position)}; give arrays of one length.")
     assembly, machine = arm_in_machine(rig, person, calibration)
     steps = max(1, round(dt / FILTER_PERIOD_S))
     position, torque = _between(position, steps), _between(torque, steps)
     velocity = None if velocity is None else _between(velocity, steps)
-    session = EstimatorSession(assembly, machine, method, dt / steps)
+    signals = None if signals is None else _between(signals, steps)
+    of_muscles = None if signals is None else MuscleSignals(signals.shape[1])
+    session = EstimatorSession(assembly, machine, method, dt / steps, muscles=of_muscles)
     for k in range(len(position)):
-        x = session.take(position[k], torque[k], None, None if velocity is None else velocity[k])
+        seen = (None if values is None else values[k] for values in (velocity, signals))
+        x = session.take(position[k], torque[k], None, *seen)
         if x is not None and session.is_to_note:
             session.judge(session.estimate())
     session.judge(session.last())
@@ -224,7 +237,24 @@ def identify(
     return Estimate(person, assembly, machine, last.x, last.covariance, verdict.value, method, last.t, found.why)
 
 
-def _between(values: Float[np.ndarray, "sample joint"], steps: int) -> Float[np.ndarray, "filtered joint"]:
+def _checked_signals(values: ArrayLike, method: MethodName) -> Float[np.ndarray, "sample channel"]:
+    array = np.asarray(values, dtype=float)
+    if method != "recursive":
+        raise ConfigError(f"muscles are given, and the method '{method}' has no use for them. Use 'recursive'.")
+    if array.ndim != 2 or array.shape[1] == 0:
+        raise ConfigError(f"muscles has shape {array.shape}; it must be (sample, channel).")
+    if not np.isfinite(array).all():
+        row, column = np.argwhere(~np.isfinite(array))[0]
+        raise ConfigError(f"muscles[{row}, {column}] is {array[row, column]}; all values must be finite numbers.")
+    if np.abs(array).max() > SHARE_MAX:
+        raise ConfigError(
+            f"muscles reaches {np.abs(array).max():.3g}; allowed: up to {SHARE_MAX:g}. Give each channel's envelope "
+            "above rest as a share of a maximum voluntary contraction, not in microvolts or per cent."
+        )
+    return array
+
+
+def _between(values: Float[np.ndarray, "sample column"], steps: int) -> Float[np.ndarray, "filtered column"]:
     """Interpolate linearly, `steps` periods of the filter in each sampling period."""
     at = np.arange((len(values) - 1) * steps + 1) / steps
     return np.column_stack([np.interp(at, np.arange(len(values)), column) for column in values.T])

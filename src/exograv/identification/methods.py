@@ -7,6 +7,7 @@ from typing import Any
 from exograv.identification.core.hidden_cuffs import CuffModel
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Method, TorqueModel
+from exograv.identification.core.muscle_signals import MuscleModel
 from exograv.identification.core.setting import Setting
 from exograv.identification.core.tissue import Hidden, TissueModel
 from exograv.identification.recursive.recursive import Recursive
@@ -23,20 +24,36 @@ def _recursive(setting: Setting) -> Method:
     """
     s = setting
     model, hidden = with_hidden(s.model, s)
-    if s.again is not None and hidden is not None:
-        model = Instrumented(model, with_hidden(s.again(), s)[0])
+    model = instrumented(model, hidden, s)
     return Recursive(model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy, hidden)
 
 
+def instrumented(model: TorqueModel, hidden: Hidden | None, setting: Setting) -> TorqueModel:
+    """Return the model that can take its rows along the requested motion, where the setting has a second model."""
+    if setting.again is None or hidden is None:
+        return model
+    return Instrumented(model, with_hidden(setting.again(), setting)[0])
+
+
 def with_hidden(model: TorqueModel, setting: Setting) -> tuple[TorqueModel, Hidden | None]:
-    """Return the model with hidden parameters of tissue and cuffs, and their prior; None if the setting has none."""
+    """Return the model with hidden parameters of tissue, cuffs and muscles, and their prior.
+
+    The prior is None if the setting has none of them.
+    """
     if setting.springs is None:
-        return model, None
+        return _with_muscles(model, None, setting)
     tissue = TissueModel(model, setting.springs)
     if setting.cuffs is None:
-        return tissue, tissue.hidden
+        return _with_muscles(tissue, tissue.hidden, setting)
     cuffs = CuffModel(model, tissue, setting.cuffs)
-    return cuffs, cuffs.hidden
+    return _with_muscles(cuffs, cuffs.hidden, setting)
+
+
+def _with_muscles(model: TorqueModel, hidden: Hidden | None, setting: Setting) -> tuple[TorqueModel, Hidden | None]:
+    if setting.muscles is None:
+        return model, hidden
+    muscles = MuscleModel(model, hidden, setting.muscles)
+    return muscles, muscles.hidden
 
 
 BUILDERS: Mapping[str, Builder] = MappingProxyType(

@@ -42,3 +42,20 @@ def test_a_mean_is_the_same_for_arrays_of_any_layout():
             means += 1
             np.testing.assert_array_equal([one.q, one.v, one.a, one.tau], [other.q, other.v, other.a, other.tau])
     assert means > 1
+
+
+@pytest.mark.parametrize("is_requested", [False, True])
+def test_a_mean_holds_the_mean_of_the_muscles_signals(is_requested: bool):
+    generator, averages, period = np.random.default_rng(0), Averages(BATCH_PERIOD_S), []
+    row, means = np.zeros(JOINTS), 0
+    for k in range(200):
+        period.append(generator.standard_normal(5))
+        asked = RequestedMotion(row, row, row) if is_requested else None
+        kept = averages.take(Sample(0.001 * k, row, row, row, row, asked, period[-1]))
+        if kept is not None:
+            assert kept.muscles is not None
+            np.testing.assert_array_equal(kept.muscles, np.mean(period, axis=0))
+            assert (kept.asked is not None) == is_requested
+            means += 1
+            period.clear()
+    assert means > 1

@@ -41,7 +41,8 @@ class Instrumented:
             self._unsure = np.zeros(self.n_joints)
             self._asked.restart()
             return tau, derivative
-        _, derivative = self._asked.linearise(Sample(sample.t, asked.q, asked.v, asked.a, sample.tau), x)
+        requested = Sample(sample.t, asked.q, asked.v, asked.a, sample.tau, muscles=sample.muscles)
+        _, derivative = self._asked.linearise(requested, x)
         self._unsure = self._asked.direction_uncertainty(asked.v)
         return tau, derivative
 

@@ -54,6 +54,10 @@ class Sample:
     asked: RequestedMotion | None = None
     """Requested motion; None if none was requested or it is not known."""
 
+    muscles: Float[np.ndarray, " channel"] | None = None
+    """Size of the muscles' signals (EMG) above rest, as a share of a maximum voluntary contraction [-]; None if they
+    are not measured."""
+
 
 class Outcome(enum.Enum):
     """Outcome of an identification; the value is a sentence for the operator."""

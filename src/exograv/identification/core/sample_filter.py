@@ -26,6 +26,7 @@ class SampleFilter:
         self._state: Float[np.ndarray, "input 4"] = self._kernel.inputs["state"]
         self._dt, self._delay_s = dt, delay_s
         self._of_velocity: SampleFilter | None = None
+        self._of_muscles: SampleFilter | None = None
         self._t = 0.0
         self._transient = self._warm_up = round(6 * delay_s / dt)
         self.settled = False
@@ -40,10 +41,18 @@ class SampleFilter:
         """Restart the filter, for example after a gap in the measurements; the time of motion continues."""
         self._state[:] = 0.0
         self._warm_up, self.settled = self._transient, False
-        if self._of_velocity is not None:
-            self._of_velocity.restart()
+        for other in (self._of_velocity, self._of_muscles):
+            if other is not None:
+                other.restart()
 
-    def update(self, q: Joints, tau: Joints, q_asked: Joints | None = None, v: Joints | None = None) -> Sample:
+    def update(
+        self,
+        q: Joints,
+        tau: Joints,
+        q_asked: Joints | None = None,
+        v: Joints | None = None,
+        muscles: Float[np.ndarray, " channel"] | None = None,
+    ) -> Sample:
         """Filter one tick.
 
         Args:
@@ -51,6 +60,7 @@ class SampleFilter:
             tau: Measured torque [N·m].
             q_asked: Requested position [rad].
             v: Measured velocity, in every tick or in none [rad/s]; differentiated from `q` if None.
+            muscles: Signals of the muscles as in `Sample.muscles`, in every tick or in none.
         """
         self._q_in[:] = q
         self._tau_in[:] = tau
@@ -67,6 +77,10 @@ class SampleFilter:
         self.sample.t = self._t
         if v is not None:
             self._take_velocity(v, tau)
+        if muscles is not None:
+            if self._of_muscles is None:
+                self._of_muscles = SampleFilter(len(muscles), self._dt, self._delay_s)
+            self.sample.muscles = self._of_muscles.update(muscles, muscles).q
         return self.sample
 
     def _take_velocity(self, v: Joints, tau: Joints) -> None:

@@ -48,10 +48,12 @@ class Averages:
 
         A sample is the last one if the next, at the same distance as the previous one, would lie outside the period.
         """
-        asked = sample.asked
+        asked, muscles = sample.asked, sample.muscles
         values = (sample.q, sample.v, sample.a, sample.tau)
         if asked is not None:
             values = (*values, asked.q, asked.v, asked.a)
+        if muscles is not None:
+            values = (*values, muscles)
         if not self._rows:
             self._start_t = sample.t
             self._is_plain = all(one.dtype == np.float64 and one.flags.c_contiguous for one in values)
@@ -61,9 +63,13 @@ class Averages:
         if sample.t + gap_s - self._start_t < self._least_s:
             return None
         rows = np.frombuffer(b"".join(self._rows)).reshape(len(self._rows), -1)
-        q, v, a, tau, *of_asked = rows.mean(axis=0).reshape(-1, len(sample.q))
+        mean = rows.mean(axis=0)
+        of_motion = len(mean) - (0 if muscles is None else len(muscles))
+        q, v, a, tau, *of_asked = mean[:of_motion].reshape(-1, len(sample.q))
         self._rows.clear()
-        return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, RequestedMotion(*of_asked) if of_asked else None)
+        motion = RequestedMotion(*of_asked) if of_asked else None
+        of_muscles = None if muscles is None else mean[of_motion:]
+        return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, motion, of_muscles)
 
 
 def _bytes(arrays: tuple[np.ndarray, ...]) -> bytes:

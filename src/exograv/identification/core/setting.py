@@ -9,6 +9,7 @@ from jaxtyping import Bool
 from .discrepancy import Discrepancy
 from .hidden_cuffs import Cuffs
 from .interface import Covariance, Joints, Parameters, TorqueModel
+from .muscle_signals import MuscleSignals
 from .noise import Noise
 from .tissue import Springs
 
@@ -44,6 +45,9 @@ class Setting:
     springs: Springs | None = None
 
     cuffs: Cuffs | None = None
+
+    muscles: MuscleSignals | None = None
+    """Measured signals of the wearer's muscles; None without."""
 
     again: Callable[[], TorqueModel] | None = None
     """Function that returns a second model of the same system, which follows another motion."""

@@ -22,6 +22,7 @@ from exograv.identification.core.carried_arm import BodyTable, CarriedArm, carri
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Agreement, Checkable, Estimate, Method, Outcome, Sample
 from exograv.identification.core.left_over import LeftOverPrediction, StopRule, is_restless
+from exograv.identification.core.muscle_signals import MuscleSignals
 from exograv.identification.core.prior import prior
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.setting import Setting
@@ -97,11 +98,12 @@ def build_method(
     machine: CalibratedMachine,
     model: ArmModel | None = None,
     belief: Belief | None = None,
+    muscles: MuscleSignals | None = None,
 ) -> Method:
     """Return an identification method for this arm in this machine, on `model` if it exists already.
 
     The method starts from the table's person, or from a `belief` about this person. Methods without uncertainty ignore
-    the belief.
+    the belief, and only the method 'recursive' uses signals of the `muscles`.
     """
     believed = prior(assembly, machine) if belief is None else belief
     if name == "anthropometric":
@@ -110,7 +112,7 @@ def build_method(
         return Gradient(assembly, machine, table_guess(assembly, machine))
     if name in OF_JUST:
         return OF_JUST[name](assembly, machine)
-    return methods.built(name, setting_of(model or ArmModel(assembly, machine), believed))
+    return methods.built(name, replace(setting_of(model or ArmModel(assembly, machine), believed), muscles=muscles))
 
 
 def setting_of(model: ArmModel, belief: Belief) -> Setting:
@@ -151,15 +153,25 @@ class EstimatorSession:
         name: MethodName,
         period_s: float,
         belief: Belief | None = None,
+        muscles: MuscleSignals | None = None,
     ):
-        """Prepare the session before any motion. `belief` is from another day; None means the table's person."""
+        """Prepare the session before any motion.
+
+        Args:
+            assembly: Machine and arm.
+            machine: Calibration of the machine.
+            name: Name of the method.
+            period_s: Time between two ticks [s].
+            belief: Belief about this person from another day; the table's person if None.
+            muscles: Signals of the muscles that each tick brings; None without.
+        """
         self._assembly, self._machine = assembly, machine
         mean, covariance = prior(assembly, machine) if belief is None else belief
         self.followers: list[Callable[[Sample], None]] = []
         """Observers of the samples, called before the method takes each sample."""
         self.model = ArmModel(assembly, machine)
         """Model of this arm in this machine. Other users take a copy by `again`."""
-        method = build_method(name, assembly, machine, self.model.again(), belief)
+        method = build_method(name, assembly, machine, self.model.again(), belief, muscles)
         # A batch solve takes seconds, so it runs only after the motion.
         self._is_offline = getattr(method, "offline", False)
         self.result = Identification(method, method.estimate().x, covariance)
@@ -174,7 +186,12 @@ class EstimatorSession:
         self._published = self._noted = 0.0
 
     def take(
-        self, q: Joints, tau: Joints, q_asked: Joints | None, v: Joints | None = None
+        self,
+        q: Joints,
+        tau: Joints,
+        q_asked: Joints | None,
+        v: Joints | None = None,
+        muscles: Float[np.ndarray, " channel"] | None = None,
     ) -> parameters.Parameters | None:
         """Take one tick.
 
@@ -183,11 +200,12 @@ class EstimatorSession:
             tau: Measured torque [N·m].
             q_asked: Requested position [rad]; None if it is not known.
             v: Measured velocity [rad/s]; differentiated from `q` if None.
+            muscles: Signals of the muscles as in `Sample.muscles`; None without.
 
         Returns:
             Parameters to publish; None in ticks in which none are due.
         """
-        sample = self._filter.update(q, tau, q_asked, v)
+        sample = self._filter.update(q, tau, q_asked, v, muscles)
         if not self._filter.settled:
             return None
         for follower in self.followers:

@@ -1,0 +1,138 @@
+"""Signals of the muscles tell their torque from the weight of an arm; signals that say nothing gain nothing."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from exograv.identification import methods
+from exograv.identification.core.interface import Estimate, RequestedMotion, Sample
+from exograv.identification.core.muscle_signals import MuscleModel, MuscleSignals
+from exograv.identification.core.noise import Noise
+from exograv.identification.core.setting import Setting
+
+TRUTH, MEAN, SD = np.array([12.0, 2.0]), np.array([10.0, 1.5]), np.array([3.0, 1.0])
+MUSCLE_SD_NM, NOISE_SD_NM, LASTS_S, PER_UNIT = 2.0, 0.1, 3.0, 0.5
+SIGNALS = MuscleSignals(2, PER_UNIT)
+SEEDS = range(6)
+
+
+class Lever:
+    """Joint with a lever weight and a spring."""
+
+    n_joints, n_parameters = 1, 2
+
+    def __init__(self) -> None:
+        self.is_lost = False
+
+    def linearise(self, sample: Sample, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        derivative = np.array([[np.sin(sample.q[0]), sample.q[0]]]) * (not self.is_lost)
+        return derivative @ x, derivative
+
+    def restart(self) -> None:
+        pass
+
+    def direction_uncertainty(self, v: np.ndarray) -> np.ndarray:
+        return np.zeros(1)
+
+
+def restless(seed: int, error_Nm: float, seconds: float = 80.0, dt: float = 0.16) -> list[Sample]:
+    """Motion of a wearer whose muscles pull slowly; a channel shows each direction, with an error."""
+    rng, samples, own, error = np.random.default_rng(seed), [], 0.0, 0.0
+    keeps = np.exp(-dt / LASTS_S)
+    gains = 2.0 * np.exp(0.4 * rng.standard_normal(2))
+    for t in np.arange(0.0, seconds, dt):
+        own = keeps * own + MUSCLE_SD_NM * np.sqrt(1.0 - keeps**2) * rng.standard_normal()
+        error = keeps * error + error_Nm * np.sqrt(1.0 - keeps**2) * rng.standard_normal()
+        q = np.array([1.5 * np.sin(0.6 * t)])
+        tau = Lever().linearise(Sample(0.0, q, q, q, q), TRUTH)[0] - own + NOISE_SD_NM * rng.standard_normal(1)
+        shown = own + error
+        muscles = gains * np.array([max(shown, 0.0), max(-shown, 0.0)])
+        samples.append(Sample(float(t), q, np.zeros(1), np.zeros(1), tau, muscles=muscles))
+    return samples
+
+
+def identified(samples: list[Sample], signals: MuscleSignals | None) -> Estimate:
+    noise = Noise(np.array([NOISE_SD_NM]), np.array([0.0]), np.array([0.3]), LASTS_S)
+    learned, machine = np.ones(2, dtype=bool), np.zeros(2, dtype=bool)
+    setting = Setting(Lever(), MEAN, np.diag(SD**2), noise, (), learned, machine, muscles=signals)
+    method = methods.built("recursive", setting)
+    for sample in samples:
+        method.update(sample)
+    return method.estimate()
+
+
+@cache
+def errors(error_Nm: float, signals: MuscleSignals | None, shift: int = 0) -> np.ndarray:
+    """Errors of weight and spring for all seeds; signals may come `shift` samples late."""
+    found = []
+    for seed in SEEDS:
+        samples = restless(seed, error_Nm)
+        shown = np.roll(np.array([sample.muscles for sample in samples]), shift, axis=0)
+        late = [replace(sample, muscles=one) for sample, one in zip(samples, shown, strict=True)]
+        found.append(identified(late, signals).x - TRUTH)
+    return np.array(found)
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values[:, 0] ** 2)))
+
+
+@pytest.mark.long
+def test_signals_with_an_unknown_map_make_the_weight_of_a_restless_arm_at_least_twice_as_exact():
+    assert rms(errors(0.3, SIGNALS)) < 0.5 * rms(errors(0.3, None))
+
+
+@pytest.mark.long
+def test_signals_of_another_time_gain_nothing():
+    assert rms(errors(0.3, SIGNALS, shift=len(restless(0, 0.0)) // 3)) > 0.8 * rms(errors(0.3, None))
+
+
+@pytest.mark.long
+def test_a_larger_error_of_the_signals_leaves_a_larger_error_of_the_weight():
+    small, large = (rms(errors(error_Nm, SIGNALS)) for error_Nm in (0.1, 2.0))
+    assert small < 0.7 * large
+
+
+@pytest.mark.long
+def test_an_estimate_with_signals_holds_the_truth_within_its_interval():
+    inside = []
+    for seed in SEEDS:
+        found = identified(restless(seed, 0.5), SIGNALS)
+        inside.append(np.abs(found.x - TRUTH) <= 1.96 * found.sd)
+    assert np.mean(inside) >= 0.8
+
+
+def test_an_estimate_does_not_contain_the_map():
+    assert identified(restless(0, 0.3)[:100], SIGNALS).x.shape == TRUTH.shape
+
+
+def test_the_derivative_is_that_of_the_torque():
+    model, rng = MuscleModel(Lever(), None, SIGNALS), np.random.default_rng(0)
+    sample, x = restless(0, 0.3)[7], rng.standard_normal(model.n_parameters)
+    tau, derivative = model.linearise(sample, x)
+    for k, step in enumerate(1e-6 * np.eye(model.n_parameters)):
+        moved = model.linearise(sample, x + step)[0]
+        np.testing.assert_allclose((moved - tau) / 1e-6, derivative[:, k], atol=1e-6)
+
+
+@pytest.mark.parametrize("is_lost", [False, True])
+def test_a_sample_without_signals_or_without_a_posture_says_nothing_about_the_map(is_lost: bool):
+    arm = Lever()
+    arm.is_lost = is_lost
+    model, sample = MuscleModel(arm, None, SIGNALS), restless(0, 0.3)[7]
+    seen = sample if is_lost else replace(sample, muscles=None)
+    assert not model.linearise(seen, np.ones(model.n_parameters))[1][:, 2:].any()
+
+
+def test_rows_along_the_requested_motion_keep_the_signals():
+    setting = Setting(
+        Lever(), MEAN, np.diag(SD**2), Noise(np.ones(1), np.zeros(1), np.ones(1)), (), np.ones(2, dtype=bool),
+        np.zeros(2, dtype=bool), muscles=SIGNALS, again=Lever,
+    )  # fmt: skip
+    sample = restless(0, 0.3)[7]
+    asked = replace(sample, asked=RequestedMotion(sample.q + 0.01, np.zeros(1), np.zeros(1)))
+    model = methods.instrumented(*methods.with_hidden(setting.model, setting), setting)
+    rows = model.linearise(asked, np.zeros(model.n_parameters))[1]
+    np.testing.assert_array_equal(rows[0, 2:], -np.asarray(sample.muscles))
