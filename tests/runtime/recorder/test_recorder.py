@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -26,8 +27,10 @@ from exograv.runtime.clock.timing import LoopOutcome, Timing
 from exograv.runtime.recorder.recorder import FRUITLESS_MAX, TICKS_WAITING_MAX, Recorder, timing_message
 from exograv.runtime.recorder.recorder_process import (
     EVENT,
+    GAVE_UP,
     PHASE,
     RING_TICKS,
+    Inlet,
     RecorderJob,
     event,
     guard_dtype,
@@ -479,3 +482,11 @@ def test_a_clock_that_fails_does_not_stop_the_recorder(t: float, tmp_path: Path)
         control._events.put(event(t, "note", "x"))
         assert recorder.finish().recording_ok
     assert len(read_recording(tmp_path / "a.mcap").ticks) == 1
+
+
+def test_a_recorder_that_starts_after_its_parent_gave_up_ends_without_a_traceback(tmp_path: Path):
+    nowhere = Inlet(len(JOINTS), "no_ticks", "no_events", "no_guards")
+    job = RecorderJob(tmp_path / "late.mcap", JOINTS, SETTINGS, nowhere, "no_status", 1, SYNC_S)
+    with pytest.raises(SystemExit) as end:
+        record(job, Mock(spec=Connection))
+    assert end.value.code == GAVE_UP

@@ -164,7 +164,10 @@ def record(job: RecorderJob, parent: Connection) -> None:
         job: Data to record, and their file.
         parent: Connection that brings messages, and `RunEnd` at the end of the run.
     """
-    status = Mailbox(STATUS, job.status)
+    try:
+        status = Mailbox(STATUS, job.status)
+    except FileNotFoundError:  # the parent did not wait for this start
+        raise SystemExit(GAVE_UP) from None
     try:
         with contextlib.closing(_Desk(job, status)) as desk:
             until = time.monotonic() + job.sync_every_s
