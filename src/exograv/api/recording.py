@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, RecordingError
 from exograv.recording import open_recording, tick_pieces
 from exograv.recording.encoding import empty_ticks
 from exograv.recording.schema import CHANNELS, TICK
@@ -95,6 +96,39 @@ class Recording:
             else:
                 columns |= {f"{name}.{joint}": values[:, k] for k, joint in enumerate(self.joints)}
         return pd.DataFrame(columns)
+
+    def emg(
+        self,
+        t: ArrayLike,
+        rest_s: tuple[float, float],
+        contraction_s: tuple[float, float],
+        power_line_Hz: float | None = 50.0,
+    ) -> "pd.DataFrame":
+        """Return the envelopes of the recorded EMG at given times, one column per channel, as `identify` takes them.
+
+        Each value is the size above rest, as a share of the size in the contraction [-].
+
+        Args:
+            t: Times on the machine's clock, as the field `t` of `ticks` [s].
+            rest_s: Interval in which the muscles rest, on the same clock [s].
+            contraction_s: Interval with a maximum voluntary contraction of every muscle [s].
+            power_line_Hz: Frequency of the mains; None to leave them in.
+
+        Raises:
+            RecordingError: There is no EMG, its times are not known, or an interval or a time has no samples.
+        """
+        import pandas as pd
+
+        from exograv.study.measures.emg_envelopes import envelopes_at
+
+        times = np.asarray(t, dtype=float)
+        found = envelopes_at(self.path, times, rest_s, contraction_s, power_line_Hz)
+        if (missing := ~np.isfinite(found.values).all(axis=1)).any():
+            raise RecordingError(
+                f"{self.path}: EMG samples are missing at {missing.sum()} of {len(times)} times, the first at "
+                f"{times[missing][0]:.3f} s. Leave these times out."
+            )
+        return pd.DataFrame(found.values, columns=pd.Index(found.labels), index=pd.Index(times, name="t"))
 
     def plot(self, path: str | Path | None = None) -> "Figure":
         """Draw position and torque of each joint over time, phases shaded; save it if `path` is given."""

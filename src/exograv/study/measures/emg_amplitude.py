@@ -76,7 +76,7 @@ def emg_amplitudes(path: Path, key: dict[str, Any], stated: Stated, tell: Callab
     """
     recording = read_topics(path, ("/task", "/stream", "/correction"))
     remarks, rows = list[str](), list[Row]()
-    for stream in _emg_streams(path, recording, stated, tell):
+    for stream in emg_streams(path, recording, stated, tell):
         found = amplitudes_of(stream, statements_on(stream, stated), complete_windows(recording))
         if isinstance(found, str):
             remarks.append(found)
@@ -85,7 +85,7 @@ def emg_amplitudes(path: Path, key: dict[str, Any], stated: Stated, tell: Callab
     return EmgAmplitudes(rows, tuple(remarks))
 
 
-def _emg_streams(path: Path, recording: Recording, stated: Stated, tell: Callable[[], object]) -> list[DeviceStream]:
+def emg_streams(path: Path, recording: Recording, stated: Stated, tell: Callable[[], object]) -> list[DeviceStream]:
     """Return the EMG streams with all samples; ticks relate the clocks."""
     notes, corrections = recording.messages("/stream"), recording.messages("/correction")
     empty = [
@@ -117,15 +117,10 @@ def amplitudes_of(stream: DeviceStream, stated: StreamSettings, windows: Sequenc
     channels = channels_of(stream, "EMG", stated)
     if isinstance(channels, str):
         return channels
-    if stream.nominal_rate_Hz < RATE_MIN_HZ:
-        return f"it has {stream.nominal_rate_Hz:g} samples per second; at least {RATE_MIN_HZ:g} are needed"
-    delay = stream.received - stream.monotonic
-    if not np.isfinite(delay).any() or not np.isfinite(stream.ticks["monotonic"]).any():
-        return "its time on the robot's clock is not known"
-    if not ARRIVAL_S[0] <= np.nanmedian(delay) <= ARRIVAL_S[1]:
-        return "it does not stamp by LSL's clock, so its time is not known"
+    if why := unusable(stream):
+        return why
     stretches = placed_stretches(stream, stream.stamps, stream.connection)
-    filters, rows = _filters(stream.nominal_rate_Hz, stated.power_line_Hz), list[Row]()
+    filters, rows = filters_of(stream.nominal_rate_Hz, stated.power_line_Hz), list[Row]()
     chosen = [k for k, one in enumerate(channels) if one.type == "EMG"]
     for window in windows:
         means = _mean_rectified(stream, stretches, window, chosen, filters)
@@ -136,7 +131,19 @@ def amplitudes_of(stream: DeviceStream, stated: StreamSettings, windows: Sequenc
     return rows
 
 
-def _filters(rate_Hz: float, power_line_Hz: float | None) -> Float[np.ndarray, "section 6"]:
+def unusable(stream: DeviceStream) -> str:
+    """Return the reason why a stream of EMG has no amplitudes at known times; empty if it has them."""
+    if stream.nominal_rate_Hz < RATE_MIN_HZ:
+        return f"it has {stream.nominal_rate_Hz:g} samples per second; at least {RATE_MIN_HZ:g} are needed"
+    delay = stream.received - stream.monotonic
+    if not np.isfinite(delay).any() or not np.isfinite(stream.ticks["monotonic"]).any():
+        return "its time on the robot's clock is not known"
+    if not ARRIVAL_S[0] <= np.nanmedian(delay) <= ARRIVAL_S[1]:
+        return "it does not stamp by LSL's clock, so its time is not known"
+    return ""
+
+
+def filters_of(rate_Hz: float, power_line_Hz: float | None) -> Float[np.ndarray, "section 6"]:
     """Return the high-pass filter, and a notch at each multiple of the mains, as second-order sections."""
     sections = [np.asarray(signal.butter(ORDER, LOW_HZ, "highpass", fs=rate_Hz, output="sos"))]
     if power_line_Hz is not None:
