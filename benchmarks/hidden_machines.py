@@ -31,7 +31,7 @@ from hidden.geometry import Geometry, read_geometry
 from hidden.judge import FORM, judge, judgement_text
 from hidden.parts import fit_part
 from hidden.plain_fit import public_notes, write_nominal, write_plain
-from hidden.reactions import compare_reactions
+from hidden.reactions import FAULTS, compare_reactions
 from hidden.session import RIG, Session
 
 ROOT = Path(__file__).parents[1]
@@ -91,7 +91,8 @@ def effort(options: argparse.Namespace) -> None:
 
 def reactions(options: argparse.Namespace) -> None:
     """Print reactions to faults in the hidden machine and in its fitted twin."""
-    compare_reactions(options.machine, *_truth(options), options.wearer, options.draws, options.flights)
+    flown = (options.wearer, options.draws, options.flights, options.faults)
+    compare_reactions(options.machine, *_truth(options), *flown)
 
 
 def further_motion(options: argparse.Namespace) -> None:
@@ -123,6 +124,7 @@ def _add_flights(parts: argparse._SubParsersAction) -> None:
         else:
             one.add_argument("--wearer", type=int, default=0, help="seed of the wearer")
             one.add_argument("--flights", type=int, default=6, help="flights of each fault")
+            one.add_argument("--faults", nargs="+", choices=FAULTS, default=list(FAULTS))
 
 
 def main() -> None:

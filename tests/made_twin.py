@@ -1,5 +1,6 @@
 """Twin of a shipped machine whose posterior is the data sheet's prior, for tests of everything behind the fit."""
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from exograv.storage.twin_file import (
     FittedGear,
     FittedJoint,
     FittedRecording,
+    FittedWarmGain,
     Posterior,
     Provenance,
     StoredTwin,
@@ -28,14 +30,25 @@ from exograv.storage.twin_file import (
 NUMBERS = {name: 1.0 for name in FittedJoint.model_fields if name not in ("joint", "law")}
 
 
-def made_twin(description: RigDescription, share: float = 0.2) -> StoredTwin:
+WARM_GAIN = FittedWarmGain(
+    joint="elbow_flexion", slope_per_C=-0.003, slope_sd_per_C=0.0005, at_C=40.0, lowest_C=25.0, highest_C=55.0
+)
+"""Gain of a motor with warm magnets, told by some recordings."""
+
+
+def made_twin(
+    description: RigDescription,
+    share: float = 0.2,
+    has_motor_encoders: bool = True,
+    gain_by_temperature: Sequence[FittedWarmGain] = (),
+) -> StoredTwin:
     """Return a twin with the data sheet's values, and this share of their standard deviations."""
     lengths = settings_of_lengths(description, ())
     prior = data_sheet_prior(description, adjusted(read_exoskeleton(description), description, lengths), TWIN_PER_JOINT)
     covariance = share**2 * prior.covariance
     joints = description.joints
     whole = StoredTwin(
-        schema_version=1,
+        schema_version=2,
         identity=identity_of(description, "from recordings"),
         provenance=Provenance(
             at_utc=datetime(2026, 1, 1, tzinfo=UTC),
@@ -51,6 +64,8 @@ def made_twin(description: RigDescription, share: float = 0.2) -> StoredTwin:
             for joint in joints[1:]
         ],
         gears=[FittedGear(joint=joints[0], compliance_rad_per_Nm=1e-4, compliance_sd_rad_per_Nm=1e-6)],
+        has_motor_encoders=has_motor_encoders,
+        gain_by_temperature=list(gain_by_temperature),
         joints=[FittedJoint(joint=joint, law="stribeck", **NUMBERS) for joint in joints],
         posterior=Posterior(
             per_joint=list(TWIN_PER_JOINT),

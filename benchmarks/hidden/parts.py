@@ -71,5 +71,7 @@ def shortened(motions: tuple[MeasuredMotion, ...], starts: list[float], share: f
             rows = (motion.t >= first) & (motion.t < min(first + length, last))
             columns = (motion.t, motion.q, motion.current, motion.current_asked, motion.hung)
             q_motor = None if motion.q_motor is None else motion.q_motor[rows]
-            pieces.append(MeasuredMotion(motion.name, *(column[rows] for column in columns), q_motor=q_motor))
+            warmth = None if motion.temperature is None else motion.temperature[rows]
+            kept = (column[rows] for column in columns)
+            pieces.append(MeasuredMotion(motion.name, *kept, q_motor=q_motor, temperature=warmth))
     return tuple(pieces)

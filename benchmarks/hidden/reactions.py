@@ -42,7 +42,14 @@ def participant(preparation: Preparation) -> FaultParticipant:
 
 
 def compare_reactions(
-    folder: Path, hidden: Hidden, geometry: Geometry, ran_s: float, wearer: int, draws: int, flights: int
+    folder: Path,
+    hidden: Hidden,
+    geometry: Geometry,
+    ran_s: float,
+    wearer: int,
+    draws: int,
+    flights: int,
+    faults: Sequence[str] = FAULTS,
 ) -> None:
     """Print times and motions after each fault, in the hidden machine and in draws from the fitted twin."""
     whole = read_twin(load_rig(str(folder), "right"))
@@ -51,7 +58,8 @@ def compare_reactions(
     twins = [participant(fitted(description, whole, wearer, draw)()) for draw in draws_of(wearer, draws)]
     print("| fault | stopped | predicted | same end | time ms | predicted | way ° | predicted | hand m/s | predicted |")
     print("|---|---|---|---|---|---|---|---|---|---|")
-    for number, fault in enumerate(FAULTS):
+    for fault in faults:
+        number = FAULTS.index(fault)
         scenarios = [Scenario(wearer, flights * number + flight, (fault,)) for flight in range(flights)]
         true = [fly(own, scenario) for scenario in scenarios]
         predicted = [[fly(twin, scenario) for scenario in scenarios] for twin in twins]

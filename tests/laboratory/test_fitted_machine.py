@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.made_twin import made_twin, with_twin_in
+from tests.made_twin import WARM_GAIN, made_twin, with_twin_in
 
 from exograv.laboratory.fitted_machine import fitted_machine
 from exograv.laboratory.virtual_laboratory import draw_laboratory, machine_of, with_twin
@@ -57,6 +57,31 @@ def test_two_seeds_draw_two_possible_machines_around_the_mean(whole: StoredTwin,
 def test_a_drive_whose_response_is_not_known_has_a_usual_one(whole: StoredTwin):
     drawn = fitted_machine(RIG, whole, GOOD, 1)
     assert drawn.drives.bandwidth[0] == machine_of(RIG, GOOD, 1, "drawn").drives.bandwidth[0]
+
+
+@pytest.mark.parametrize("has_motor_encoders", [True, False])
+def test_a_twin_has_encoders_on_its_motors_only_if_its_recordings_have_them(has_motor_encoders: bool):
+    machine = fitted_machine(RIG, made_twin(RIG, has_motor_encoders=has_motor_encoders), GOOD, 1)
+    with Twin(RIG, machine, None, 0) as twin:
+        assert (twin.read().q_motor is not None) == has_motor_encoders
+
+
+def test_a_gain_by_temperature_changes_the_drawn_motor_away_from_the_temperature_of_the_fit():
+    whole = made_twin(RIG, gain_by_temperature=[WARM_GAIN])
+    assert Twin(RIG, fitted_machine(RIG, made_twin(RIG), GOOD, 1), None, 0).warm_gain([60.0] * 4) is None
+    warm = Twin(RIG, fitted_machine(RIG, whole, GOOD, 1, is_mean=True), None, 0)
+    for warmer, factors in ((0.0, [1.0, 1.0, 1.0, 1.0]), (20.0, [1.0, 1.0, 1.0, 0.94])):
+        found = warm.warm_gain([WARM_GAIN.at_C + warmer] * 4)
+        assert found is not None
+        np.testing.assert_allclose(found, factors)
+    slopes = []
+    for seed in (1, 2):
+        drawn = fitted_machine(RIG, whole, GOOD, seed).drives.gain_slope
+        assert drawn is not None
+        slopes.append(float(drawn[3]))
+    assert slopes[0] != slopes[1]
+    # Six standard deviations.
+    assert all(abs(slope - WARM_GAIN.slope_per_C) < 6.0 * WARM_GAIN.slope_sd_per_C for slope in slopes)
 
 
 def test_friction_that_is_switched_off_is_absent(whole: StoredTwin):

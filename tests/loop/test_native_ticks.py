@@ -194,6 +194,26 @@ def test_a_worn_machine_is_driven_published_to_loaded_and_floated_alike(
     assert np.ptp(flown.ticks["gravity_level"]) > 0.1
 
 
+def test_a_machine_without_encoders_on_its_motors_floats_alike_and_records_none(
+    laboratory: VirtualLaboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    plain = replace(laboratory.machine, sensors=replace(laboratory.machine.sensors, has_motor_encoders=False))
+    assembly, machine = laboratory.assembly(), nominal(laboratory)
+
+    def act(pilot: Pilot, twin: Twin) -> list[np.ndarray]:
+        seen: list[np.ndarray] = []
+        tick = ExoTick(laboratory.description, assembly.exo)
+        pilot.run(tick, motion.hold(pilot.q.copy(), 0.2, twin.period_s), "", lambda moment: seen.append(values(moment)))
+        return seen
+
+    def make() -> Twin:
+        return Twin(laboratory.description, plain, laboratory.wearer, SEED)
+
+    flown = compare(make, machine.actuators, act, tmp_path, monkeypatch)
+    assert flown.native_ticks > 0.9 * len(flown.ticks)
+    assert np.isnan(flown.ticks["q_motor"]).all()
+
+
 def test_the_damping_at_the_pole_of_the_shoulder_s_angles_changes_hands_alike(
     laboratory: VirtualLaboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.made_twin import made_twin, with_twin_in
+from tests.made_twin import WARM_GAIN, made_twin, with_twin_in
 
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig
-from exograv.storage.twin_file import NAME, StoredTwin, read_twin
+from exograv.storage.sealed_file import sealed
+from exograv.storage.twin_file import NAME, StoredTwin, read_twin, write_twin
 
 RIG = load_rig("recupera_like")
 
@@ -25,6 +26,26 @@ def folder(tmp_path: Path, whole: StoredTwin) -> Path:
 
 def test_a_twin_is_read_as_it_was_written(folder: Path, whole: StoredTwin):
     assert read_twin(load_rig(str(folder))) == whole
+
+
+def test_a_file_of_version_1_is_read_with_encoders_on_the_motors_and_gains_that_stay(folder: Path, whole: StoredTwin):
+    older = sealed(whole.model_copy(update={"schema_version": 1}))
+    path = folder / NAME
+    write_twin(path, older)
+    added = ("has_motor_encoders", "gain_by_temperature")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join(line for line in lines if not line.startswith(added)), encoding="utf-8")
+    read = read_twin(load_rig(str(folder)))
+    assert read == older
+    assert read.has_motor_encoders
+    assert not read.gain_by_temperature
+
+
+def test_the_gain_by_temperature_is_read_as_it_was_written(tmp_path: Path):
+    warm = made_twin(RIG, has_motor_encoders=False, gain_by_temperature=[WARM_GAIN])
+    read = read_twin(load_rig(str(with_twin_in(tmp_path / "mine", RIG, warm))))
+    assert read == warm
+    assert read.gain_by_temperature == [WARM_GAIN]
 
 
 def test_draws_have_the_mean_and_the_covariance_of_the_posterior(whole: StoredTwin):

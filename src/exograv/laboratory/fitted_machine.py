@@ -98,8 +98,15 @@ def _drives(
         joint = description.joints.index(gear.joint)
         spread = 0.0 if seed is None else gear.compliance_sd_rad_per_Nm * _normal(seed, GEAR_DRAW + joint)
         stiffness[joint] = 1.0 / max(gear.compliance_rad_per_Nm + spread, COMPLIANCE_LEAST)
+    slope, slope_at = np.zeros(len(stiffness)), np.zeros(len(stiffness))
+    for warm in whole.gain_by_temperature:
+        joint = description.joints.index(warm.joint)
+        spread = 0.0 if seed is None else warm.slope_sd_per_C * _normal(seed, WARM_DRAW + joint)
+        slope[joint], slope_at[joint] = warm.slope_per_C + spread, warm.at_C
     return replace(
         usual,
+        gain_slope=slope,
+        gain_at=slope_at,
         gear_stiffness=stiffness,
         gain=description.nominal_gain / np.maximum(value["inverse_gain"], GAIN_LEAST),
         rotor_inertia=np.maximum(value["rotor"], ROTOR_LEAST),
@@ -119,11 +126,13 @@ def _sensors(
         encoder_step=np.array([row.encoder_step_rad for row in whole.joints]),
         encoder_offset=value["offset"],
         delay=delay,
+        has_motor_encoders=whole.has_motor_encoders,
     )
 
 
-DELAY_DRAW, GEAR_DRAW = 1000, 2000
-"""Number of the draw of the delay, and of the first gear; those below are of the drives."""
+DELAY_DRAW, GEAR_DRAW, WARM_DRAW = 1000, 2000, 3000
+"""Number of the draw of the delay, of the first gear and of the first gain by temperature; those below are of the
+drives."""
 
 
 def _normal(seed: int, number: int) -> float:

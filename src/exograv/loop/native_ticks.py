@@ -110,7 +110,8 @@ class NativeTicks:
             return None
         q, current, q_motor = self._period.measured
         # Copies: listeners keep measurements.
-        return JointState(t, step.sequence, q.copy(), current.copy(), self._no_torque, _BY_CURRENT, q_motor.copy())
+        of_motor = None if q_motor is None else q_motor.copy()
+        return JointState(t, step.sequence, q.copy(), current.copy(), self._no_torque, _BY_CURRENT, of_motor)
 
     @property
     def tick_us(self) -> float:
@@ -140,7 +141,10 @@ class NativeTicks:
         step.joints, step.substeps, step.velocities = len(self._gain), period.substeps, len(period.velocity)
         step.sensors, step.sensors_memory = period.sensors.function, period.sensors.memory
         step.noise, step.noise_now = map(_address, (period.noise, period.noise_now))
-        step.q, step.current, step.q_motor = map(_address, period.measured)
+        q, current, q_motor = period.measured
+        step.q, step.current, step.has_motor = _address(q), _address(current), q_motor is not None
+        # Without encoders on the motors, the row of a recording takes NaN from here.
+        step.q_motor = _address(self._no_torque if q_motor is None else q_motor)
         step.forces, step.forces_memory = period.forces.function, period.forces.memory
         step.first_half, step.second_half = period.halves
         step.model, step.data = period.engine

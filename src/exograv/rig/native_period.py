@@ -61,8 +61,9 @@ class NativePeriod:
     """Noise of a block of measurements [A]."""
     noise_now: Joints
     """Memory of the noise of the present measurement [A]."""
-    measured: tuple[Joints, Joints, Joints]
-    """Memory of joint position [rad], motor current [A] and motor position [rad], as measured."""
+    measured: tuple[Joints, Joints, Joints | None]
+    """Memory of joint position [rad], motor current [A] and motor position [rad], as measured; None for the last
+    without encoders on the motors."""
     forces: kernel.NativeCall
     halves: tuple[int, int]
     """Addresses of the engine's two halves of a substep, each a function of the next two addresses."""

@@ -1,7 +1,7 @@
 """File `twin.toml` of a machine's folder: the machine's twin from recordings, with covariance and provenance."""
 
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -73,6 +73,19 @@ class FittedGear(Settings):
     compliance_sd_rad_per_Nm: NonNegativeFloat
 
 
+class FittedWarmGain(Settings):
+    """Change of one joint's gain with the temperature of its motor's winding."""
+
+    joint: str
+    slope_per_C: float
+    """Change of the gain over the gain, per degree."""
+    slope_sd_per_C: NonNegativeFloat
+    at_C: float
+    """Temperature at which the gain is `gain_Nm_per_A`: the mean of the recordings."""
+    lowest_C: float
+    highest_C: float
+
+
 class FittedJoint(Settings):
     """Joint with its drive and its sensors."""
 
@@ -131,8 +144,9 @@ class Posterior(Settings):
 class StoredTwin(Sealed):
     """Twin of a machine as its file `twin.toml` holds it."""
 
-    VERSION: ClassVar[int] = 1
-    schema_version: Literal[1]
+    VERSION: ClassVar[int] = 2
+    OLDER: ClassVar[tuple[int, ...]] = (1,)
+    schema_version: Literal[1, 2]
     identity: Identity
     provenance: Provenance
     delay_ms: list[float]
@@ -143,8 +157,19 @@ class StoredTwin(Sealed):
     """Drives whose response the recordings tell."""
     gears: list[FittedGear]
     """Gears whose elasticity the recordings tell."""
+    has_motor_encoders: bool = True
+    """True if the recordings hold positions of all motors that are no copies of the joints' positions. Files of
+    version 1 do not say it."""
+    gain_by_temperature: list[FittedWarmGain] = Field(default_factory=list[FittedWarmGain])
+    """Gains whose change with temperature the recordings tell; files of version 1 have none."""
     joints: Annotated[list[FittedJoint], Field(min_length=1)]
     posterior: Posterior
+
+    def _sealed_values(self) -> dict[str, Any]:
+        content = super()._sealed_values()
+        if self.schema_version == 1:
+            del content["has_motor_encoders"], content["gain_by_temperature"]
+        return content
 
     def layout(self) -> EmptyLayout:
         """Order of the unknowns of the posterior."""

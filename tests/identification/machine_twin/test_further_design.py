@@ -1,13 +1,13 @@
 """The designed motion stays within the limits of the machine, and tells of the least known parameters."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from tests.identification.conftest import Exo
 
-from exograv.identification.calibration.empty_fit import EmptyMachine, Fit, ResidualNoise, Sweeps
+from exograv.identification.calibration.empty_fit import SAMPLE_PERIOD_S, EmptyMachine, Fit, ResidualNoise, Sweeps
 from exograv.identification.excitation.limits import A_MAX, V_MAX
 from exograv.identification.machine_twin.friction_laws import TWIN_PER_JOINT
 from exograv.identification.machine_twin.further_design import (
@@ -20,6 +20,9 @@ from exograv.identification.machine_twin.machine_fit import MachineFit
 from exograv.identification.machine_twin.model_discrepancy import DiscrepancySize
 
 NOISE_NM = 0.1
+MOVED_LOG = 0.25
+"""Change of the logarithm of an expected ratio by values that moved by one standard deviation; their derivatives change
+by some ten per cent."""
 NAMES = ("inverse_gain", "coulomb", "viscous", "rotor")
 
 
@@ -62,30 +65,40 @@ def test_no_motion_makes_a_parameter_less_certain(designed: Designed):
 
 
 def found_with(designed: Designed, size: float) -> MachineFit:
-    """Fit to a sweep of 40 s, with this error of the model, additive [N·m]."""
-    model, draw, t = designed.model, np.random.default_rng(1), 0.04 * np.arange(1000)
-    q = 0.8 * np.sin(np.outer(t, [0.5, 0.7, 0.6, 0.8])) + 0.4
-    v = np.gradient(q, t, axis=0)
+    """Fit to the designed motion itself, with this error of the model, additive [N·m]."""
+    model, draw, design = designed.model, np.random.default_rng(1), designed.design
+    t = SAMPLE_PERIOD_S * np.arange(round(design.basis.period_s / SAMPLE_PERIOD_S))
+    q, v, a = (table @ design.coefficients for table in design.basis.tables(t))
     hung = np.zeros((len(t), len(model.description.mounts) * model.prior.layout.weights))
     rows = (hung, np.zeros(len(t), dtype=bool))
-    still = Sweeps(t, q, v, np.gradient(v, t, axis=0), np.zeros_like(q), *rows)
+    still = Sweeps(t, q, v, a, np.zeros_like(q), *rows)
     tau = -model.residual(still, model.prior.mean, float(t[-1])) + NOISE_NM * draw.standard_normal(q.shape)
-    sweeps = Sweeps(t, q, v, still.a, tau / model.description.nominal_gain, *rows)
-    fit = model.fit(sweeps, model.prior)
+    sweeps = Sweeps(t, q, v, a, tau / model.description.nominal_gain, *rows)
+    fit = model.fit(sweeps, model.prior, model.fit(sweeps, model.prior))
     return Mock(
         spec=MachineFit,
         model=model,
         fit=fit,
-        noise_covariance=fit.covariance,
         discrepancy=DiscrepancySize(np.full(4, size), np.zeros(4)),
         sweeps=sweeps,
     )
 
 
-def test_errors_of_the_model_that_repeat_make_the_motion_tell_less(designed: Designed):
+def test_errors_of_the_model_that_repeat_make_a_repetition_of_the_motion_tell_less(designed: Designed):
     none, some = (
         expected_ratio(found_with(designed, size), designed.limits, designed.design)[designed.places]
         for size in (0.0, 3.0 * NOISE_NM)
     )
     assert (none <= 1.0 + 1e-9).all()
     assert np.median(some) > np.median(none)
+
+
+def test_values_that_moved_after_the_fit_do_not_change_what_the_motion_is_expected_to_tell(designed: Designed):
+    found = found_with(designed, 3.0 * NOISE_NM)
+    fit, draw = found.fit, np.random.default_rng(3)
+    moved = fit.theta + np.linalg.cholesky(fit.covariance) @ draw.standard_normal(len(fit.theta))
+    before = expected_ratio(found, designed.limits, designed.design)[designed.places]
+    parts = {name: getattr(found, name) for name in ("model", "discrepancy", "sweeps")}
+    later: MachineFit = Mock(spec=MachineFit, fit=replace(fit, theta=moved), **parts)
+    after = expected_ratio(later, designed.limits, designed.design)[designed.places]
+    assert np.abs(np.log(after / before)).max() < MOVED_LOG

@@ -1,6 +1,8 @@
 """Weights hang at the machine in full, and are gone in full, at every period of the loop."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +15,15 @@ from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.motion import Trajectory
-from exograv.procedures.calibration.empty_run import EmptyRun
+from exograv.procedures.calibration.empty_run import WARMTH_EVENT, WARMTH_EVERY_S, EmptyRun
 from exograv.procedures.calibration.operator import ComputedOperator
+from exograv.recording import RecordingWriter, read_recording
+from exograv.rig.drive_status import DriveStatus
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.safety.envelope import Envelope
 from exograv.signals import Reference
 
+RIG = load_rig("recupera_like")
 STEP_MAX_KG = 0.1
 """Largest step of a weight: a sudden weight would drop the arm."""
 
@@ -32,6 +37,22 @@ class Slower(Twin):
     def period_s(self) -> float:
         """Time between two measurements [s]."""
         return self.own_period_s
+
+
+class Warm(Twin):
+    """Twin whose drives measure the temperatures of their windings; the last one has no sensor."""
+
+    celsius: tuple[float, ...] = (25.0, 30.0, 35.0, float("nan"))
+
+    def enable(self) -> None:
+        """Do nothing: the motors are on."""
+
+    def disable(self) -> None:
+        """Do nothing: the motors stay on."""
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        """Return the status of each drive."""
+        return tuple(DriveStatus(True, temperature_C=celsius) for celsius in self.celsius)
 
 
 class StillPilot(Pilot):
@@ -63,6 +84,35 @@ def run_at(description: RigDescription, period_ms: int, hang: Callable[[str, flo
     return EmptyRun(
         description, tree, StillPilot(twin, ActuatorGain(nominal, nominal), envelope), ComputedOperator(hang)
     )
+
+
+def warmth_events(rig: Twin, path: Path, times: Sequence[float]) -> list[Mapping[str, Any]]:
+    """Events of the temperatures in the recording of a run that listens at these times [s]."""
+    nominal, none = RIG.nominal_gain, np.zeros(4)
+    with RecordingWriter(path, RIG.joints, {"rig": RIG.name}) as recording:
+        pilot = Pilot(rig, ActuatorGain(nominal, nominal), Envelope(limits(RIG), rig.period_s), recording)
+        run = EmptyRun(RIG, read_exoskeleton(RIG), pilot)
+        for t in times:
+            state = rig.read()._replace(t=t)
+            run.listen(TickSample(state, state.q, none, none, none, none, Reference(state.q, none, none)))
+            if isinstance(rig, Warm):
+                rig.celsius = tuple(celsius + 1.0 for celsius in rig.celsius)
+    return [event for event in read_recording(path).messages("/event") if event["kind"] == WARMTH_EVENT]
+
+
+def test_temperatures_are_noted_at_the_start_and_then_every_few_seconds(tmp_path: Path):
+    warm = Warm(RIG, draw_machine(RIG, Disturbances.at_level(0), 0), None, 0)
+    events = warmth_events(warm, tmp_path / "warm.mcap", [0.0, 0.5, WARMTH_EVERY_S, WARMTH_EVERY_S + 0.1])
+    assert [event["t"] for event in events] == [0.0, WARMTH_EVERY_S]
+    assert [event["text"] for event in events] == ["25.0 30.0 35.0 nan", "27.0 32.0 37.0 nan"]
+
+
+def test_drives_without_any_sensor_of_temperature_note_nothing(tmp_path: Path):
+    machine = draw_machine(RIG, Disturbances.at_level(0), 0)
+    blind = Warm(RIG, machine, None, 0)
+    blind.celsius = (float("nan"),) * 4
+    assert not warmth_events(blind, tmp_path / "blind.mcap", [0.0])
+    assert not warmth_events(Twin(RIG, machine, None, 0), tmp_path / "plain.mcap", [0.0])
 
 
 @pytest.mark.parametrize("period_ms", [1, 2, 4])

@@ -204,6 +204,10 @@ WRONG = {
         r"weight at 'upper_arm_cuff' loads 'elbow_flexion' with 0.00 N·m in its sweep; .* name a link beyond",
     ),
     "weights in g": ([("weights_kg = [1.5, 3.0]", "weights_kg = [1500, 3000]")], "holds 1500 kg; .* It may be in g"),
+    "weights that the motors do not carry": (
+        [("weights_kg = [1.5, 3.0]", "weights_kg = [6.0, 12.0]")],
+        r"carries at most [\d.]+ kg at 'calibration_mount'; the heaviest known weight has 12 kg. Set calib",
+    ),
     "no rig.toml that can be read": ([('name = "recupera_like"', "name = ")], "rig.toml is not valid TOML"),
     "no URDF": ([('right = "right.urdf"', 'right = "arm.urdf"')], r"rig.toml names 'arm.urdf', which is not in"),
     "a URDF that is none": ([('<robot name="recupera_like_right">', "<nothing>")], r"right.urdf is not valid XML"),

@@ -21,6 +21,7 @@ T = np.arange(FRAMES) / FPS
 Q = np.sin(np.outer(T, [1.0, 0.7, 1.3, 0.9]))
 CURRENT = 3.0 * np.cos(np.outer(T, [1.1, 0.8, 1.2, 0.6]))
 ASKED = CURRENT + 0.1
+CELSIUS = 25.0 + np.outer(T, [1.0, 2.0, 3.0, 4.0])
 POSITIONS = [f"{joint}.pos" for joint in RIG.joints]
 CURRENTS = [f"{joint}.current" for joint in RIG.joints]
 TORQUES = [f"{joint}.effort" for joint in RIG.joints]
@@ -66,6 +67,27 @@ def test_a_state_is_read_by_its_names_in_any_order(tmp_path: Path):
     np.testing.assert_allclose(motion.q, Q, atol=ROUNDING)
     np.testing.assert_allclose(motion.current, CURRENT, atol=ROUNDING)
     np.testing.assert_allclose(motion.current_asked, ASKED, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("ending", ["temperature", "temp"])
+def test_temperatures_in_the_state_are_those_of_the_motors(ending: str, tmp_path: Path):
+    names = {"observation.state": [*POSITIONS, *CURRENTS, *(f"{joint}.{ending}" for joint in RIG.joints)]}
+    (motion,) = read(dataset(tmp_path, np.hstack([Q, CURRENT, CELSIUS]), names))
+    assert motion.temperature is not None
+    np.testing.assert_allclose(motion.temperature, CELSIUS, rtol=ROUNDING)
+
+
+def test_temperatures_may_be_a_feature_of_their_own(tmp_path: Path):
+    names = {"observation.state": [*POSITIONS, *CURRENTS]}
+    (motion,) = read(dataset(tmp_path, np.hstack([Q, CURRENT]), names, more={"observation.temperature": CELSIUS}))
+    assert motion.temperature is not None
+    np.testing.assert_allclose(motion.temperature, CELSIUS, rtol=ROUNDING)
+
+
+def test_a_table_without_a_temperature_of_each_joint_has_none(tmp_path: Path):
+    names = {"observation.state": [*POSITIONS, *CURRENTS, *(f"{joint}.temperature" for joint in RIG.joints[1:])]}
+    (motion,) = read(dataset(tmp_path, np.hstack([Q, CURRENT, CELSIUS[:, 1:]]), names))
+    assert motion.temperature is None
 
 
 def test_an_action_of_positions_is_no_command_of_a_current(tmp_path: Path):

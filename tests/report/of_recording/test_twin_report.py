@@ -52,6 +52,7 @@ FIGURES = TwinFigures(
     delay_ci95_ms=None,
     bandwidth_Hz=[None, None],
     gears=[GearFigures("elbow_flexion", 0.08, (0.07, 0.09))],
+    has_motor_encoders=True,
     gain_by_temperature=[WarmGain(joint, None, None, None) for joint in JOINTS],
     warnings=["The residual of joint 'elbow_flexion' is large."],
     further_motion=["Record the elbow creeping."],

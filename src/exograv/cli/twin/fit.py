@@ -1,5 +1,6 @@
 """Command `exograv twin fit` and the tables of its result."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
@@ -63,12 +64,23 @@ def show_fit(figures: "TwinFigures") -> None:
         known = {row.parameter: row for row in figures.parameters if row.joint == joint}
         table.add_row(joint.replace("_", "\n"), *(_cell(known.get(name)) for name in COLUMNS))
     console.print(table)
+    for line in _sentences(figures):
+        say(line)
+
+
+def _sentences(figures: "TwinFigures") -> Iterator[str]:
+    """Yield delay, gains by temperature, encoders, warnings, and motions that would tell more."""
     if figures.delay_ms is not None and figures.delay_ci95_ms is not None:
         bandwidth = ", ".join("–" if value is None else f"{value:.0f}" for value in figures.bandwidth_Hz)
         low, high = figures.delay_ci95_ms
-        say(f"Delay {figures.delay_ms:.2f} ms (95 %: {low:.2f} to {high:.2f}); bandwidth {bandwidth} Hz.")
-    for line in (*figures.warnings, *figures.further_motion):
-        say(line)
+        yield f"Delay {figures.delay_ms:.2f} ms (95 %: {low:.2f} to {high:.2f}); bandwidth {bandwidth} Hz."
+    for row in figures.gain_by_temperature:
+        if row.percent_per_C is not None and row.ci95_percent_per_C is not None:
+            low, high = row.ci95_percent_per_C
+            yield f"Gain of '{row.joint}': {row.percent_per_C:+.2f} %/°C (95 %: {low:+.2f} to {high:+.2f})."
+    if not figures.has_motor_encoders:
+        yield "The recordings hold no positions of the motors: the twin has no encoders on its motors."
+    yield from (*figures.warnings, *figures.further_motion)
 
 
 def _cell(row: "FittedParameter | None") -> str:

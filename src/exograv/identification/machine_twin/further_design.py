@@ -131,15 +131,31 @@ def expected_ratio(found: MachineFit, limits: EmptyLimits, design: MotionDesign)
 
     The ratio is at most 1. Beyond it, the discrepancy in the motion harms the fit more than the motion helps.
     """
-    before = replace(found.fit, covariance=found.noise_covariance)
-    criterion = _Criterion(found.model, before, limits, design.basis, np.arange(0))
-    after = replace(before, covariance=criterion.covariance(design.coefficients))
-    flown = _joined(found.sweeps, criterion.samples(design.coefficients))
+    model, fit = found.model, found.fit
+    samples = _Criterion(model, fit, limits, design.basis, np.arange(0)).samples(design.coefficients)
     sd_before, sd_after = (
-        np.sqrt(np.diag(Considered(found.model, sweeps).covariance(fit, found.discrepancy)))
-        for sweeps, fit in ((found.sweeps, before), (flown, after))
+        np.sqrt(np.diag(Considered(model, sweeps).covariance(_by_noise(model, fit, sweeps), found.discrepancy)))
+        for sweeps in (found.sweeps, _joined(found.sweeps, samples))
     )
     return np.minimum(sd_after / sd_before, 1.0)
+
+
+def _by_noise(model: EmptyMachine, fit: Fit, sweeps: Sweeps) -> Fit:
+    """Return the fit with the covariance that these samples leave by their noise, without the model's discrepancy.
+
+    The effect of the discrepancy is P JᵀW E. P and J must belong to the same values: leads of the motors' encoders move
+    the values after the fit, and a covariance of other values makes the effect several times too large.
+    """
+    information, clear = np.linalg.inv(fit.prior.covariance), sweeps.clear
+    for of_joint, counts, weight in zip(model.derivative(sweeps, fit.theta), clear.T, _weight(fit), strict=True):
+        weighted = weight * of_joint[:, counts]
+        information += weighted @ weighted.T
+    return replace(fit, covariance=np.linalg.inv(information))
+
+
+def _weight(fit: Fit) -> Float[np.ndarray, " joint"]:
+    """Root of the weight of a sample in a fit: residuals that repeat each other count once [1/(N·m)]."""
+    return 1.0 / (fit.noise.sd * np.sqrt(np.maximum(fit.noise.correlation_s / SAMPLE_PERIOD_S, 1.0)))
 
 
 def _joined(first: Sweeps, second: Sweeps) -> Sweeps:
@@ -170,8 +186,7 @@ class _Criterion:
         self._samples.inputs["age"][...] = 0.0
         self._samples.inputs["hung"][...] = 0.0
         self._known = np.linalg.inv(fit.covariance)
-        repeats = np.maximum(fit.noise.correlation_s / SAMPLE_PERIOD_S, 1.0)
-        self._weight = 1.0 / (fit.noise.sd * np.sqrt(repeats))
+        self._weight = _weight(fit)
 
     def merit(self, coefficients: Coefficients) -> float:
         """Criterion of a motion; infinite if it needs too much torque."""

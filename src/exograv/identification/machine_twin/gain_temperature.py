@@ -33,6 +33,8 @@ class GainByTemperature:
     """Change of the gain over the gain, per degree [1/°C]."""
 
     sd: Joints
+    mean_C: Joints
+    """Mean temperature in clear motion, to which the fitted gain belongs [°C]; NaN without temperatures."""
     lowest_C: Joints
     """Lowest and highest temperature in clear motion [°C]; NaN without temperatures."""
     highest_C: Joints
@@ -44,16 +46,17 @@ def gain_by_temperature(model: EmptyMachine, fit: Fit, samples: Samples) -> Gain
     nominal = model.description.nominal_gain * sweeps.current
     residual = model.residual(sweeps, fit.theta, float(sweeps.t[-1]))
     joints = residual.shape[1]
-    slope, sd, lowest, highest = np.full((4, joints), np.nan)
+    slope, sd, mean, lowest, highest = np.full((5, joints), np.nan)
     for joint in range(joints):
         temperature = samples.temperature[:, joint]
         known = sweeps.clear[:, joint] & np.isfinite(temperature)
         if known.any():
-            lowest[joint], highest[joint] = temperature[known].min(), temperature[known].max()
+            mean[joint], lowest[joint] = temperature[known].mean(), temperature[known].min()
+            highest[joint] = temperature[known].max()
             slope[joint], sd[joint] = slope_of_gain(
                 nominal[:, joint], residual[:, joint], sweeps.v[:, joint], temperature, known
             )
-    return GainByTemperature(slope, sd, lowest, highest)
+    return GainByTemperature(slope, sd, mean, lowest, highest)
 
 
 def slope_of_gain(

@@ -30,6 +30,7 @@ from .measured_motion import (
     VALIDATION_FOLD,
     MeasuredMotion,
     Samples,
+    has_motor_encoders,
     samples_of,
     slides,
 )
@@ -101,6 +102,9 @@ class MachineFit:
     response: DriveResponse
     gears: GearElasticity
     warmth: GainByTemperature
+    has_motor_encoders: bool
+    """True if the recordings hold positions of all motors that are no copies of the joints' positions."""
+
     encoder_step: Joints
     """Quantisation step of the encoders [rad]."""
 
@@ -164,8 +168,8 @@ def fit_machine(
     fastest = np.abs(samples.sweeps.v).max(axis=0)
     curve = friction_curve(model, fit, held, float(samples.sweeps.t[-1]))
     return MachineFit(
-        fit, of_noise, size, model, choices, curve, response, gears, warmth, step, noise_A, validation, moved_s,
-        fastest, samples.sweeps,
+        fit, of_noise, size, model, choices, curve, response, gears, warmth, has_motor_encoders(motions), step,
+        noise_A, validation, moved_s, fastest, samples.sweeps,
     )  # fmt: skip
 
 

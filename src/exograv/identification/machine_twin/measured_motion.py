@@ -1,6 +1,6 @@
 """Motion of an empty machine as it was recorded, and the samples that the model of the empty machine is fitted to."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,10 @@ FOLDS = 5
 
 CHOICE_FOLD, VALIDATION_FOLD = FOLDS - 2, FOLDS - 1
 """Held-out parts: one chooses the law of friction, the other validates the result."""
+
+
+LEAD_LEAST_RAD = 1e-9
+"""Least range of a motor's lead over its joint [rad]: a copy of the joint's position has a smaller one by rounding."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,12 @@ class MeasuredMotion:
     def period_s(self) -> float:
         """Time between two ticks [s]."""
         return float(np.median(np.diff(self.t)))
+
+
+def has_motor_encoders(motions: Sequence[MeasuredMotion]) -> bool:
+    """Return True if the motions hold a position of each motor that is no copy of the joint's position."""
+    leads = np.nan_to_num([np.ptp(one.q_motor - one.q, axis=0) for one in motions if one.q_motor is not None])
+    return bool((leads.max(axis=0, initial=0.0) > LEAD_LEAST_RAD).all())
 
 
 @dataclass(frozen=True)

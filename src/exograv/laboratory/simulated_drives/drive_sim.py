@@ -30,6 +30,7 @@ from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode
+from exograv.storage.twin_file import read_twin
 from exograv.task.protocol import load_protocol
 
 from .weak_wearer import WeakWearerBehindDrives
@@ -56,7 +57,8 @@ def run_drive_sim(
     """
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    file = options.drives or written(folder / "drive_sim", description, options.bus)
+    has_motor_encoders = options.twin == "drawn" or read_twin(description).has_motor_encoders
+    file = options.drives or written(folder / "drive_sim", description, options.bus, has_motor_encoders)
     drives = load_drives(file, description)
     wiring = _wiring(options, drives.joints)
     make = front_end(options.bus, drives)

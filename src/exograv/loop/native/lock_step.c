@@ -61,10 +61,11 @@ static int see(const lock_step *s)
     r[GUARD_SEQUENCE_IN] = (double)s->sequence;
     r[GUARD_T_IN] = s->t;
     r[GUARD_IN_CURRENT] = 1.0;
-    r[GUARD_HAS_MOTOR] = 1.0;
+    r[GUARD_HAS_MOTOR] = s->has_motor ? 1.0 : 0.0;
     put(r + GUARD_Q_IN, s->q, n);
     put(r + GUARD_CURRENT_IN, s->current, n);
-    put(r + GUARD_Q_MOTOR_IN, s->q_motor, n);
+    if (s->has_motor)
+        put(r + GUARD_Q_MOTOR_IN, s->q_motor, n);
     for (int64_t j = 0; j < n; j++)
         r[GUARD_TAU_IN + j] = NAN;
     ((guard_half *)s->see)(r);

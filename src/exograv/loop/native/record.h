@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LOCK_STEP 2080601739
+#define LAYOUT_OF_LOCK_STEP 606426792
 
 #define ARMS 2
 #define RAMPS 2
@@ -96,6 +96,7 @@ typedef struct lock_step {
     int64_t arms;
     int64_t ramps;
     int64_t poles;
+    int64_t has_motor;
     void *sensors;
     void *sensors_memory;
     void *noise;

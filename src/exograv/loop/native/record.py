@@ -53,7 +53,7 @@ class Pole(ctypes.Structure):
     )
 
 
-_COUNTS = ("joints", "substeps", "velocities", "arms", "ramps", "poles")
+_COUNTS = ("joints", "substeps", "velocities", "arms", "ramps", "poles", "has_motor")
 _MACHINE = (
     *("sensors", "sensors_memory", "noise", "noise_now", "q", "current", "q_motor"),
     *("forces", "forces_memory", "first_half", "second_half", "model", "data", "velocity"),

@@ -17,13 +17,15 @@ COUNTS_PER_TURN, GEAR = 2**20, 25
 resolution dominates."""
 
 
-def drives_of(description: RigDescription, port: int, bus: str = "udp") -> str:
+def drives_of(description: RigDescription, port: int, bus: str = "udp", has_motor_encoders: bool = True) -> str:
     """Return a `drives.toml` of simulated drives for any machine, with current limits from its data sheets.
 
     Simulated machines on one computer need different ports.
     """
     most = description.per_actuator("torque_max_Nm") / description.nominal_gain
-    counts = {"counts_per_turn": COUNTS_PER_TURN, "motor_counts_per_turn": GEAR * COUNTS_PER_TURN}
+    counts = {"counts_per_turn": COUNTS_PER_TURN}
+    if has_motor_encoders:
+        counts["motor_counts_per_turn"] = GEAR * COUNTS_PER_TURN
     drives = [
         {
             "joint": joint,
@@ -50,9 +52,9 @@ def _bus_tables(bus: str, port: int) -> dict[str, Any]:
     return {"udp": {"port": port}}
 
 
-def written(folder: Path, description: RigDescription, bus: str = "udp") -> Path:
+def written(folder: Path, description: RigDescription, bus: str = "udp", has_motor_encoders: bool = True) -> Path:
     """Write `drives.toml` of this machine to a folder, with a free port, and return its path."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "drives.toml"
-    path.write_text(drives_of(description, free_port(), bus), encoding="utf-8")
+    path.write_text(drives_of(description, free_port(), bus, has_motor_encoders), encoding="utf-8")
     return path

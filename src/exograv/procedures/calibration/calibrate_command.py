@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.rig_settings import Excitation
 from exograv.next_command import calibration_command
@@ -26,6 +27,7 @@ from exograv.storage.calibration_schema import MeasurementConditions, stored
 from .breakaway_checks import refuse_joints_without_motor
 from .empty_motion import read_empty_motion
 from .figures import CalibrationFigures, CalibrationTruth, calibration_figures, warnings
+from .known_weights import refuse_heavy_weights
 from .options import CalibrateOptions
 from .segment_lengths import settings_of_lengths
 
@@ -107,6 +109,8 @@ def calibrate_and_keep(
     make = calibration_command(options, file.parent if options.calibration is None else OUT)
     if options.recheck:
         read_calibration(file, make)  # A missing file is refused before any drive is opened.
+    else:
+        refuse_heavy_weights(description, adjusted(read_exoskeleton(description), description, lengths))
     with connect(description) as machine:
         if options.recheck:
             before = take_calibration(file, description, machine.serial, now, make).whole

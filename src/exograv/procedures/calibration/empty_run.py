@@ -161,7 +161,12 @@ class EmptyRun:
         """Return a sentence with the temperature of a hot winding, which a drive protects by less torque."""
         rig = self.pilot.rig
         celsius = rig.status()[joint].temperature_C if isinstance(rig, Powered) else np.nan
-        return f" Its motor is at {celsius:.0f} °C: the drive may give less torque." if celsius >= HOT_C else ""
+        if celsius < HOT_C or np.isnan(celsius):
+            return ""
+        return (
+            f" Its motor is at {celsius:.0f} °C: the drive may give less torque. Let it cool down, and use lighter "
+            "weights (calibration.weights_kg in rig.toml)."
+        )
 
     def _record_warmth(self, t: float) -> None:
         """Note the temperatures of the windings in the recording, if the drives measure them."""

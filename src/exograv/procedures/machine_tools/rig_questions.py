@@ -244,7 +244,8 @@ def _calibration(draft: Draft) -> str:
     blocks = [
         "# How the empty machine is calibrated. Without any motor: delete [calibration], its sweeps and [excitation].\n"
         f"[calibration]\nmount = {shown}\n"
-        'weights_kg = "?"  # kg: at least two, as [1.5, 3.0]; the heaviest like an arm if the drives hold it\n'
+        'weights_kg = "?"  # kg: at least two, as [1.5, 3.0]; the heaviest like an arm, if the drives hold it '
+        "(`rig check`)\n"
     ]
     blocks += [_sweep(draft, i) for i in range(len(draft.tree.joints))]
     return "\n".join(blocks)

@@ -39,6 +39,7 @@ from exograv.storage.twin_file import (
     FittedGear,
     FittedJoint,
     FittedRecording,
+    FittedWarmGain,
     Posterior,
     Provenance,
     StoredTwin,
@@ -146,7 +147,7 @@ def stored_twin(
     ]
     delay_ms = _short(1e3 * np.array([response.delay_s, response.delay_sd_s]))
     whole = StoredTwin(
-        schema_version=1,
+        schema_version=2,
         identity=identity_of(description, "from recordings"),
         provenance=Provenance(
             at_utc=now,
@@ -170,6 +171,8 @@ def stored_twin(
             for j, joint in enumerate(description.joints)
             if np.isfinite(compliance[j])
         ],
+        has_motor_encoders=found.has_motor_encoders,
+        gain_by_temperature=_warm_rows(description, found.warmth),
         joints=_joint_rows(description, found),
         posterior=Posterior(
             per_joint=list(layout.per_joint),
@@ -179,6 +182,21 @@ def stored_twin(
         ),
     )
     return sealed(whole)
+
+
+def _warm_rows(description: RigDescription, warmth: GainByTemperature) -> list[FittedWarmGain]:
+    columns = {
+        "slope_per_C": warmth.slope_per_C,
+        "slope_sd_per_C": warmth.sd,
+        "at_C": warmth.mean_C,
+        "lowest_C": warmth.lowest_C,
+        "highest_C": warmth.highest_C,
+    }
+    return [
+        FittedWarmGain.model_validate({"joint": joint} | {name: _short(column)[j] for name, column in columns.items()})
+        for j, joint in enumerate(description.joints)
+        if np.isfinite(warmth.slope_per_C[j])
+    ]
 
 
 def _joint_rows(description: RigDescription, found: MachineFit) -> list[FittedJoint]:
@@ -256,6 +274,7 @@ def _figures(
             )
             if np.isfinite(value)
         ],
+        has_motor_encoders=found.has_motor_encoders,
         gain_by_temperature=_warm_gains(description, found.warmth),
         bandwidth_Hz=[value if np.isfinite(value) else None for value in response.bandwidth_Hz.tolist()],
         warnings=_warnings(description, found) + _worn(recordings),

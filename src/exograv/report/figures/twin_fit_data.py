@@ -132,6 +132,8 @@ class TwinFigures:
     bandwidth_Hz: Sequence[float | None]
     gears: Sequence[GearFigures]
     """Gears whose motors have their own encoders."""
+    has_motor_encoders: bool
+    """True if the recordings hold positions of all motors that are no copies of the joints' positions."""
     gain_by_temperature: Sequence[WarmGain]
     warnings: Sequence[str]
     further_motion: Sequence[str]

@@ -97,6 +97,7 @@ def _tiles(figures: TwinFigures) -> list[Tile]:
     if figures.delay_ms is not None and figures.delay_ci95_ms is not None:
         low, high = figures.delay_ci95_ms
         tiles.append(Tile("delay", f"{figures.delay_ms:.2f} ms", f"95 %: {low:.2f} to {high:.2f} ms"))
+    tiles.append(Tile("encoders on the motors", "yes" if figures.has_motor_encoders else "no", "by the recordings"))
     told = sum(row.learned >= MOSTLY_LEARNED for row in figures.parameters)
     share = f"by more than {MOSTLY_LEARNED:.0%}"
     return [*tiles, Tile("parameters told", f"{told} of {len(figures.parameters)}", share)]

@@ -4,10 +4,14 @@ import time
 
 from exograv.errors import RigError
 
-LOCK_STEP_S = 5.0
-"""Time-out for an answer of simulated drives in lock-step [s]."""
+LOCK_STEP_S = 20.0
+"""Time-out for an answer of simulated drives in lock-step [s]. A busy computer may halt their process for seconds, and
+in lock-step no time passes meanwhile."""
 
-ENDED = "The simulated drives have stopped answering: their process has ended or stands still. Start it again."
+ENDED = (
+    f"The simulated drives have not answered for {LOCK_STEP_S:g} s: their process has ended, or this computer is too "
+    "busy. Close other programs. Then repeat the command, and start `exograv dev drive-sim` again if it was your own."
+)
 
 
 class DrivesEndedError(RigError):

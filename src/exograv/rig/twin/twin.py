@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import TracebackType
@@ -312,6 +312,16 @@ class Twin:
         self._drive_states()[TAU_MOTOR, joint] *= factor
         memory["commands"][joint] *= factor
         memory["measurements"][joints + joint] *= factor
+
+    def warm_gain(self, celsius: Sequence[float]) -> Joints | None:
+        """Return the factors of the motors' torques per current at these temperatures of the windings [°C].
+
+        None if the temperatures change no gain. The twin itself has no windings: simulated drives have.
+        """
+        drives = self._machine.drives
+        if drives.gain_slope is None or drives.gain_at is None or not drives.gain_slope.any():
+            return None
+        return 1.0 + drives.gain_slope * (np.array(celsius) - drives.gain_at)
 
     def cuff_wrenches(self) -> Wrenches:
         """Force and moment of each cuff on the arm from force/torque sensors, as in `rig.interface.CuffSensing`."""

@@ -1,14 +1,16 @@
-"""Findings on the known weights of the calibration: each has to load the joint that its sweep measures."""
+"""Findings on the known weights of the calibration: each has to load the joint of its sweep, which has to carry it."""
 
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
-from exograv.procedures.calibration.known_weights import LOADED_NM, weight_load
+from exograv.procedures.calibration.known_weights import LOADED_NM, weight_load, weights_not_carried
 
 from .findings import CheckFindings
 
 
 def examine_weights(description: RigDescription, tree: Tree, findings: CheckFindings) -> None:
-    """Report joints that the known weight does not load: a problem, or a note where no weight can."""
+    """Report joints that the known weight does not load, with a note where no weight can, and weights too heavy."""
+    for sentence in weights_not_carried(description, tree):
+        findings.problem(sentence)
     for sweep in description.settings.sweeps:
         load = weight_load(description, tree, sweep)
         if load.tau >= LOADED_NM:

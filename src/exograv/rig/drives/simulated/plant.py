@@ -1,6 +1,6 @@
 """Motors of a twin behind simulated drives, with right or wrong wiring."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -31,6 +31,13 @@ class SimulatedMachine(Rig, Protocol):
 
     def turn_motor(self, joint: int, factor: float) -> None:
         """Multiply a motor's torque per current by `factor`."""
+        ...
+
+    def warm_gain(self, celsius: Sequence[float]) -> np.ndarray | None:
+        """Return the factors of the motors' torques per current at these temperatures of the windings [°C].
+
+        None if the temperatures change no gain.
+        """
         ...
 
     def hang(self, mount: str, mass_kg: float) -> None:
@@ -83,6 +90,8 @@ class Plant:
         self._of_current = drives.sign * [joint.current for joint in joints]
         self._of_encoder = drives.sign * [joint.encoder for joint in joints]
         self._wired, self._brakes = self._of_current, np.ones(len(joints))
+        self._warm = np.ones(len(joints))
+        """Factors of the torques per current in the last step by the temperatures of the windings."""
         self._offset = drives.offset
         self.before_step: Callable[[], object] = lambda: None
         """Action of a simulated person in the machine, called before each step."""
@@ -125,6 +134,9 @@ class Plant:
         self.before_step()
         self.outputs = outputs = tuple(drive.step(twin.period_s, self.now) for drive in self.each)
         current = self._of_current * [output.current for output in outputs]
+        warm = twin.warm_gain([drive.temperature_C for drive in self.each])
+        if warm is not None:
+            self._warm, current = warm, current * warm
         damping = self._brakes * [output.damping for output in outputs]
         self._sequence += 1
         # The life of this command is longer than a step and the dead time, so that the twin's own watchdog does not
@@ -168,7 +180,7 @@ class Plant:
 
     def current(self, joint: int) -> float:
         """Return the current that the drive measures in its motor [A], in its own direction, whatever the torque is."""
-        return float(self._image(joint)[0].current[joint] / self._of_current[joint])
+        return float(self._image(joint)[0].current[joint] / (self._of_current[joint] * self._warm[joint]))
 
     def press_stop(self) -> None:
         """Press the hardware stop: every drive is off and brakes."""

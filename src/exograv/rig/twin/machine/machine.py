@@ -79,6 +79,12 @@ class TrueDrives:
     watchdog_damping: Joints
     """Coefficient with which a drive brakes its motor after its watchdog has expired [N·m·s/rad]."""
 
+    gain_slope: Joints | None = None
+    """Change of the gain over the gain, per degree of the winding [1/°C]; None for gains that stay."""
+
+    gain_at: Joints | None = None
+    """Temperature of the winding at which the gain is `gain` [°C]; None for gains that stay."""
+
 
 @dataclass(frozen=True)
 class TrueSensors:
@@ -95,6 +101,9 @@ class TrueSensors:
 
     delay: float
     """Dead time of sensor and command together [s]."""
+
+    has_motor_encoders: bool = True
+    """True if each motor has an encoder of its own."""
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,9 @@ class Sensors:
         """
         self._kernel = kernel.compile(_measurement(machine, truth), memory)
         outputs = self._kernel.outputs
-        self.measured = outputs["q_measured"], outputs["current"], outputs["q_motor"]
-        """Memory of the newest measurement: position [rad], current [A] and motor position [rad]."""
+        q_motor = outputs["q_motor"] if machine.sensors.has_motor_encoders else None
+        self.measured = outputs["q_measured"], outputs["current"], q_motor
+        """Memory of the newest measurement: position [rad], current [A] and motor position [rad], None without one."""
         self.native = self._kernel.native
         """One measurement for a caller in C, with the noise in `noise_now`; None if there is no native code."""
         self.noise_now: Joints = self._kernel.inputs["noise"]
@@ -39,12 +40,12 @@ class Sensors:
         """Noise of the present block of measurements [A]; the next block overwrites it."""
         self._reading = 0
 
-    def measure(self) -> tuple[Joints, Joints, Joints]:
-        """Measure positions [rad], currents [A] and motor positions [rad] now."""
+    def measure(self) -> tuple[Joints, Joints, Joints | None]:
+        """Measure positions [rad], currents [A] and motor positions [rad] now; None without encoders on the motors."""
         self.noise_now[:] = self.noise[self.advance()]
         self._kernel.evaluate()
         q, current, q_motor = self.measured
-        return q.copy(), current.copy(), q_motor.copy()
+        return q.copy(), current.copy(), None if q_motor is None else q_motor.copy()
 
     def advance(self) -> int:
         """Count one measurement, and return its row in `noise`."""

@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from exograv.model.description import load_rig
 from exograv.rig.drives.canopen.bus import Bus
 from exograv.rig.drives.canopen.simulated.network import CanopenDevices
+from exograv.rig.drives.canopen.simulated.node import ADDITIONAL_POSITION, SimulatedNode
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated import Plant
 from exograv.rig.twin import Disturbances, Twin, draw_machine
@@ -113,3 +115,13 @@ def test_no_frame_ends_the_drives(talk: Talk, frames: list[tuple[int, bytes]]):
     talk(0x600 + NODE, struct.pack("<BHB4x", 0x80, 0, 0))  # aborts a transfer that has begun
     answers = talk(0x600 + NODE, struct.pack("<BHB4x", 0x40, 0x1000, 0))
     assert (0x580 + NODE, bytes.fromhex("4300100092010200")) in answers
+
+
+@pytest.mark.parametrize("has_motor_encoders", [True, False])
+def test_only_a_drive_with_an_encoder_on_its_motor_has_an_additional_position(has_motor_encoders: bool):
+    description = load_rig("recupera_like")
+    drawn = draw_machine(description, Disturbances.at_level(0), SEED)
+    machine = replace(drawn, sensors=replace(drawn.sensors, has_motor_encoders=has_motor_encoders))
+    plant = Plant(Twin(description, machine, None, SEED), load_drives(EXAMPLE, description))
+    node = SimulatedNode(plant, 0, lambda _cob, _data: None, frozenset())
+    assert (ADDITIONAL_POSITION in node.local.object_dictionary) == has_motor_encoders

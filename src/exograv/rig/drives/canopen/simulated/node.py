@@ -16,6 +16,8 @@ from .state_machine import StateMachine, StatusState
 
 OPERATIONAL, PRE_OPERATIONAL = "OPERATIONAL", "PRE-OPERATIONAL"
 CYCLIC_TORQUE = 10
+ADDITIONAL_POSITION = 0x60E4
+"""Position of the encoder on the motor's shaft; a drive without one lacks the object."""
 AT_ONCE = 0xFE
 """First transmission type that does not wait for a SYNC."""
 
@@ -87,7 +89,8 @@ class SimulatedNode:
     """Simulated drive; each call passes the time. It sends by `send(cob, data)`, which may be disconnected."""
 
     def __init__(self, plant: Plant, joint: int, send: Callable[[int, bytes], None], without: frozenset[int]):
-        self._plant, self._joint, self._send, self._without = plant, joint, send, without
+        self._plant, self._joint, self._send = plant, joint, send
+        self._without = without if plant.measured.q_motor is not None else without | {ADDITIONAL_POSITION}
         self.drive = plant.each[joint]
         self.drive.watchdog_s = math.inf  # no host has set a watchdog yet
         self.local: Any = None
@@ -96,7 +99,9 @@ class SimulatedNode:
             (0x6041, 0): lambda: self._machine.state.value,
             (0x6061, 0): lambda: self._mode,
             (0x6064, 0): lambda: self._counts(plant.position(joint), self.drive.settings.counts_per_turn),
-            (0x60E4, 1): lambda: self._counts(plant.motor_position(joint), self.drive.settings.motor_counts_per_turn),
+            (ADDITIONAL_POSITION, 1): lambda: self._counts(
+                plant.motor_position(joint), self.drive.settings.motor_counts_per_turn
+            ),
             (0x6075, 0): lambda: round(1000.0 * self.drive.settings.current_rated_A),
             (0x6077, 0): lambda: self._per_mille(plant.current(joint)),
             (0x2101, 0): lambda: round(10.0 * self.drive.temperature_C),
