@@ -6,17 +6,20 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from exograv.errors import ConfigError
+from exograv import motion
+from exograv.errors import ConfigError, RigError
 from exograv.laboratory.options import DriveSimOptions
-from exograv.laboratory.simulated_drives.drive_sim import DRIVES_PRIORITY, _plant, _wiring, run_drive_sim
+from exograv.laboratory.simulated_drives.drive_sim import DRIVES_PRIORITY, _of_one_arm, _plant, _wiring, run_drive_sim
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated.opening import SIMULATED
+from exograv.rig.twin import Truth, Twin
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"
 JOINTS = ("shoulder", "elbow")
@@ -91,3 +94,16 @@ def test_a_wearer_who_holds_the_arm_does_not_shake_it(rig: str, tmp_path: Path):
     for _ in range(200):
         plant.step()
         assert np.abs(plant.measured.q - begin).max() < np.deg2rad(3.0)
+
+
+def test_a_hand_at_one_of_two_arms_leaves_the_other_one_alone():
+    both = load_rig("recupera_like_dual")
+    start = both.donning_posture
+    twin = Mock(spec=Twin, tau_hand=np.zeros(8), truth=Mock(spec=Truth, q=start.copy(), v=np.zeros(8)))
+    hand = _of_one_arm(twin, motion.go_to(start, start + 0.5, 1.0, 0.01), both, "left")
+    for _ in range(20):
+        hand.act()
+    assert twin.tau_hand[4:].all()
+    assert not twin.tau_hand[:4].any()
+    with pytest.raises(RigError, match="moves one of two arms"):
+        _of_one_arm(twin, motion.hold(start, 1.0, 0.01), load_rig("recupera_like"), "right")

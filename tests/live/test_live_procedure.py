@@ -13,9 +13,10 @@ from exograv.errors import RigError
 from exograv.identification.core.carried_arm import CarriedArm
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.live import live_procedure
 from exograv.live.arm_worker import LearnedArm
 from exograv.live.live_control import MODES
-from exograv.live.live_procedure import OVER, STOPPED, LiveFloat, LiveProcedure
+from exograv.live.live_procedure import LATE, OVER, STOPPED, LiveFloat, LiveProcedure
 from exograv.live.live_processes import Running
 from exograv.live.worker_supervisor import WorkerKeeper
 from exograv.loop.arm_controller import ArmController
@@ -120,6 +121,16 @@ def test_a_descent_ends_each_wait(floating: LiveFloat, machine: ScriptedMachine)
         floating.float_for(60.0, lambda _t, _q: False)
 
 
+def test_the_end_of_the_time_ends_each_wait_before_the_guard_ends_its_loop(machine: ScriptedMachine):
+    late = LiveFloat(machine.running, Mock(spec=ArmController), threading.Event(), 0.1)
+    late.wait()
+    begun = late.t
+    with pytest.raises(RigError, match=LATE):
+        late.float_for(60.0, lambda _t, _q: False)
+    assert late.t - begun < 1.0
+    late.close()
+
+
 @pytest.mark.parametrize("lacks", ["person", "mode", "drive", "arm"])
 def test_no_procedure_begins_before_the_known_arm_floats(lacks: str, floating: LiveFloat, machine: ScriptedMachine):
     machine.tick()
@@ -173,6 +184,23 @@ def test_no_procedure_begins_with_an_implausible_arm(machine: ScriptedMachine, p
     made = flown(machine, prepared, performs, 10.0 * prepared.x)
     performs.assert_not_called()
     machine.running.stop.assert_called_once_with()
+    assert isinstance(made.failure, RigError)
+
+
+def test_a_procedure_that_outlasts_its_run_has_failed(
+    machine: ScriptedMachine, prepared: ControllerKnowledge, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(live_procedure, "ENDS_S", 0.1)
+    goes_on = threading.Event()
+    machine.worker.learned.carried.x = prepared.x
+    made = LiveProcedure(lambda *_: goes_on.wait(30.0), prepared, PERIOD_S, lambda _text, _share: None)
+    with made:
+        made.begin(machine.running)
+        until = time.monotonic() + 10.0
+        while not made.has_begun and time.monotonic() < until:
+            time.sleep(0.01)
+    goes_on.set()
+    assert made.has_begun
     assert isinstance(made.failure, RigError)
 
 

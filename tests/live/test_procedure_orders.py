@@ -16,6 +16,7 @@ from exograv.live.live_guided import LiveGuided
 from exograv.live.live_moved import LiveMoved
 from exograv.live.live_procedure import STOPPED, LiveFloat
 from exograv.live.procedure_orders import (
+    STATES,
     Order,
     OrderedMotion,
     OrderMemory,
@@ -26,14 +27,19 @@ from exograv.live.procedure_orders import (
 )
 from exograv.loop.moved_machine import MovedMachine
 from exograv.loop.person_limits_manager import LimitsMaker
+from exograv.model.anthropometry import Body
 from exograv.model.arm import Arm
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
+from exograv.model.support import assemble
 from exograv.motion import Cycles, Passage
-from exograv.procedures.rehabilitation.guided.grip import GripOutcome
-from exograv.procedures.rehabilitation.guided.guided_arm import GuidedArm
+from exograv.procedures.rehabilitation.guided.grip import DROP_S, GripOutcome
+from exograv.procedures.rehabilitation.guided.guided_arm import GuidedArm, GuidedArms
+from exograv.procedures.rehabilitation.guided.mirror_guide import MIDDLE_M
+from exograv.procedures.rehabilitation.guided.mirror_plan import MirrorPlan
 from exograv.procedures.rehabilitation.guided.repeat import RepeatResult, repeat
 from exograv.runtime.processes.shared_memory import MessageRing, Ring
+from exograv.signals import Reference
 
 RIG = load_rig("recupera_like")
 JOINTS, DT = len(RIG.joints), 0.004
@@ -105,6 +111,68 @@ def test_after_a_stop_no_order_is_in_force_and_the_load_counts_as_known():
     motion.drop()
     assert not motion.is_led
     assert motion.is_load_known
+
+
+BOTH = assemble(load_rig("recupera_like_dual"), Body(1.75, 70.0, "female"))
+PLAN = MirrorPlan.of(BOTH, "right")
+NEAR, FAR = MIDDLE_M - 0.01, MIDDLE_M + 0.05
+
+
+def hands_at(distance_m: float) -> tuple[list[list[float]], list[list[float]]]:
+    """Points of two arms: fingertip, wrist, elbow and shoulder of each, with the right hand near the middle."""
+    right = [[distance_m, 0.5, 0.0], [distance_m, 0.4, 0.0], [0.2, 0.2, 0.0], [0.2, 0.0, 0.0]]
+    return [], [*right, *([-x, y, z] for x, y, z in reversed(right))]
+
+
+def mirrored(distance_m: float = FAR) -> tuple[Given, np.ndarray]:
+    """Control's part with both arms, whose right arm leads, and its first posture [rad]."""
+    given, q = Given(Order(1, True, guide="mirror")), 0.5 * np.sum(BOTH.description.workspace, axis=0)
+    given.motion = OrderedMotion(
+        BOTH.description, DT, given.next, lambda row: given.rows.append(row.copy()), mirrored=PLAN
+    )
+    given.motion.skeleton = lambda _q: hands_at(distance_m)
+    given.motion.take(q)
+    return given, q
+
+
+def held(given: Given, q: np.ndarray, seconds: float) -> Reference:
+    """Let control compute its reference for a time with both arms at `q` [rad]; return the last one."""
+    still = np.zeros_like(q)
+    reference = Reference(q, still, still)
+    for _ in range(round(seconds / DT)):
+        reference = given.motion.reference(0.0, 1.0, q, still)
+        given.motion.told(0.0, q, still)
+    return reference
+
+
+def test_one_arm_leads_the_other_from_the_order_to_the_floating_arm():
+    given, q = mirrored()
+    assert given.motion.leading == "right"
+    q[PLAN.which.lead] += 0.1
+    pull = held(given, q, 3.0).q - q
+    assert np.abs(pull[PLAN.which.follow]).min() > 0.0
+    assert not pull[PLAN.which.lead].any()
+    assert [int(row["state"]) for row in given.rows[-1:]] == [STATES.index(GripOutcome.LED)]
+    given.waiting.append(Order(2, True, lets_go=True))
+    given.motion.take(q)
+    np.testing.assert_array_equal(held(given, q, 2.0 * DROP_S).q, q)
+    given.waiting.append(Order(3, False))
+    given.motion.take(q)
+    assert given.motion.leading is None
+
+
+def test_control_itself_looks_at_the_hands():
+    given, q = mirrored(NEAR)
+    q[PLAN.which.lead] += 0.1
+    held(given, q, 3.0)
+    assert given.rows[-1]["waited_s"] == pytest.approx(3.0)
+    assert not given.rows[-1]["pull"].any()
+
+
+def test_after_a_stop_no_arm_leads():
+    given, _ = mirrored()
+    given.motion.drop()
+    assert given.motion.leading is None
 
 
 class Carried:
@@ -213,6 +281,7 @@ def repeated(carried: Carried, act: Callable[[], bool] = lambda: False) -> Repea
 
 def test_a_guided_live_arm_is_one_that_a_procedure_may_lead(carried: Carried):
     assert isinstance(LiveGuided(carried.moved), GuidedArm)
+    assert isinstance(LiveGuided(carried.moved), GuidedArms)
 
 
 @pytest.mark.long

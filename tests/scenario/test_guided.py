@@ -16,6 +16,7 @@ from exograv.laboratory.guided.therapist_and_wearer import HOLDS_KD, HOLDS_KP, H
 from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.floating_machine import PilotedMachine
+from exograv.loop.tick_sample import ObservedMotion
 from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.rehabilitation.guided.floating_arm import LOOK_S, FloatingArm
@@ -270,7 +271,7 @@ def _mirrored(two_arms: Known, holds: bool) -> tuple[FloatingArm, GripOutcome, n
             holding.act()
         return False
 
-    def watch(_guide: MirrorGuide) -> None:
+    def watch(_guide: MirrorGuide, _moment: ObservedMotion) -> None:
         if leaders:
             q = twin.truth.q
             errors.append((which.mirrored(q) - q)[which.follow])

@@ -14,7 +14,7 @@ from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import OutputFeedback
 from exograv.loop.phases import FLOATING, IDENTIFICATION, next_drive
-from exograv.model.description import RigDescription
+from exograv.model.description import ArmSide, RigDescription
 from exograv.model.wearer_form import WearerForm
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig import Rig
@@ -96,6 +96,11 @@ class LivePlan:
         """Taught path of the procedure; None without one."""
         return None if self.orders is None else self.orders.taught
 
+    @property
+    def leading(self) -> ArmSide | None:
+        """Arm that leads the other one in the procedure; None without one."""
+        return None if self.orders is None else self.orders.leading
+
 
 def guarded_rig(plan: LivePlan) -> GuardedRig:
     """Build the machine and its guard.
@@ -135,9 +140,7 @@ class LiveControl:
         """
         self._publishes_later, self._found = publishes_later, None
         self._weights: list[Order] = []
-        self._ordered = (
-            orders.motion(prepared.assembly.description, period_s) if isinstance(orders, OrderMemory) else orders
-        )
+        self._ordered = orders.motion(prepared.assembly, period_s) if isinstance(orders, OrderMemory) else orders
         self._is_steered, self._is_first, self._gravity_level = is_steered, is_first, gravity_level
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._model, self._covariance = ArmModel(prepared.assembly, prepared.machine), prepared.covariance
@@ -173,6 +176,9 @@ class LiveControl:
         self._rested_s, self._has_begun = 0.0, not self._is_first
         self._obeyed, self._q_ramp = 0 if self._is_first else None, self._still
         self._controller = self._controller.again(self._controller.x)
+        self._leading: ArmSide | None = None
+        if self._ordered is not None:
+            self._ordered.skeleton = self._controller.skeleton
         self._controller.mode.gravity_level = self._gravity_level
         self._controller.mode.arm_share = self._modes.arm_share
         self._drift = DriftMonitor(self._controller, self._covariance, self._period_s, self._model, in_parts=True)
@@ -332,5 +338,13 @@ class LiveControl:
             modes.take(Event.FLOAT)
         elif modes.mode is Mode.MOVING:
             lesson.enter(phase, now)
+        self._let_lead()
         mode = self._controller.mode
         mode.drive = next_drive(mode.drive, modes.mode, bool(persons), self._period_s)
+
+    def _let_lead(self) -> None:
+        """Let one arm lead the other, or none. The controller allows the change only while nothing is driven."""
+        leading = None if self._ordered is None else self._ordered.leading
+        if leading != self._leading and not self._controller.mode.drive:
+            self._controller.let_lead(leading)
+            self._leading = leading

@@ -126,6 +126,7 @@ def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]
                 "publishes_later": True,
                 **({"is_steered": True} if plan.is_steered else {}),
                 **({} if (taught := plan.taught) is None else {"taught": asdict(taught)}),
+                **({} if (leading := plan.leading) is None else {"leading": leading}),
                 **({} if plan.lesson is None else _written_lesson(plan.lesson)),
             },
         },

@@ -1,4 +1,4 @@
-"""Arm of a live run that a guide leads: control runs the guide, and this process has a copy of its state."""
+"""Arm, or arms, of a live run that a guide leads: control runs the guide, and this process has a copy of its state."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -7,10 +7,12 @@ import numpy as np
 
 from exograv.loop.floating_machine import LOOK_S
 from exograv.loop.phases import Phase
+from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
 from exograv.motion import Passage, Trajectory
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.procedures.rehabilitation.guided.guided_arm import LedBy, Listener
+from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.path_guide import Anchor, PathGuide
 
 from .live_moved import LiveMoved
@@ -29,7 +31,7 @@ class SeenMotion(NamedTuple):
 
 
 class LiveGuided:
-    """`GuidedArm` of a live run. However the procedure ends, the guard lets the arm down."""
+    """`GuidedArm` or `GuidedArms` of a live run. However the procedure ends, the guard lets the arm down."""
 
     def __init__(self, machine: LiveMoved):
         """Take a machine in which the identified arm floats."""
@@ -50,7 +52,16 @@ class LiveGuided:
     @property
     def description(self) -> RigDescription:
         """Description of the machine."""
-        return self._machine.model.assembly.description
+        return self.assembly.description
+
+    @property
+    def assembly(self) -> Assembly:
+        """The machine with the arm in it."""
+        return self._machine.model.assembly
+
+    def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:
+        """Points of the exoskeleton and of the arm in the base frame [m], by the controller's model."""
+        return self._floating.skeleton(q)
 
     def begin(self, phase: Phase | str) -> None:
         """Note in the recording the part of the procedure that begins."""
@@ -98,6 +109,8 @@ class LiveGuided:
         if isinstance(guide, Anchor):
             there = Passage(guide.target, guide.target, 1, 0, self.period_s)
             self._number = self._machine.order(is_led=True, guide="anchor", path=there)
+        elif isinstance(guide, MirrorGuide):
+            self._number = self._machine.order(is_led=True, guide="mirror")
         elif isinstance(guide.path, Trajectory):
             self._number = self._machine.order(is_led=True, guide="taught", speed=guide.speed, grip=guide.grip)
         else:
@@ -112,7 +125,7 @@ class LiveGuided:
             if row["order"] < self._number:
                 continue
             guide.grip, guide.target = float(row["grip"]), row["target"].copy()
-            if isinstance(guide, PathGuide):
+            if isinstance(guide, PathGuide | MirrorGuide):
                 guide.waited_s, guide.tau = float(row["waited_s"]), row["pull"].copy()
                 # Control does not know of a release yet that has just been decided here.
                 if guide.state is not GripOutcome.RELEASED:

@@ -5,6 +5,7 @@ decides on them. However it ends, the guard lets the arm down.
 """
 
 import contextlib
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -40,6 +41,7 @@ ENDS_S = 5.0
 
 STOPPED = "The machine was stopped before the procedure was complete."
 OVER = "The run ended before the procedure was complete."
+LATE = "The time of the run was over before the procedure was complete."
 
 Joints = np.ndarray
 
@@ -47,16 +49,20 @@ Joints = np.ndarray
 class LiveFloat:
     """`FloatingMachine` of a live run, by the guard's messages to control."""
 
-    def __init__(self, running: Running, controller: ArmController, is_over: threading.Event):
+    def __init__(
+        self, running: Running, controller: ArmController, is_over: threading.Event, longest_s: float = math.inf
+    ):
         """Open the memory of the guard's messages.
 
         Args:
             running: Processes of the run.
             controller: Controller of this process, which draws the arm and commands nothing.
             is_over: Event that ends each wait, because the run is over.
+            longest_s: Time of the machine's clock from its first state on, after which a wait fails [s].
         """
         joints = running.recorder.inlet.n_joints
         self._running, self._controller, self._is_over = running, controller, is_over
+        self._longest_s, self._begun_at = longest_s, math.nan
         # Mailboxes of this thread: the session closes its own ones at the end of the run.
         self._states = Mailbox(state_dtype(joints), running.states.name)
         self._answers = Mailbox(answer_dtype(joints), running.answers.name)
@@ -165,7 +171,7 @@ class LiveFloat:
         """Wait for the next state of the guard.
 
         Raises:
-            RigError: The machine was stopped, or the run is over.
+            RigError: The machine was stopped, or the run or its time is over.
         """
         until = time.monotonic() + HANGS_S
         while True:
@@ -174,6 +180,9 @@ class LiveFloat:
                 self._count, self._state = got
                 if int(self._state["safe_state"]) >= SafeState.DESCENT:
                     raise RigError(STOPPED)
+                self._begun_at = self.t if math.isnan(self._begun_at) else self._begun_at
+                if self.t - self._begun_at > self._longest_s:
+                    raise RigError(LATE)
                 return
             if self._is_over.is_set() or time.monotonic() > until:
                 raise RigError(OVER)
@@ -195,7 +204,14 @@ Performed = Callable[[LiveFloat, Progress], object]
 class LiveProcedure:
     """Thread that performs a procedure as soon as the arm floats, and then ends the run."""
 
-    def __init__(self, performs: Performed, prepared: ControllerKnowledge, period_s: float, progress: Progress):
+    def __init__(
+        self,
+        performs: Performed,
+        prepared: ControllerKnowledge,
+        period_s: float,
+        progress: Progress,
+        longest_s: float = math.inf,
+    ):
         """Prepare the model of the arm. This takes seconds.
 
         Args:
@@ -203,7 +219,10 @@ class LiveProcedure:
             prepared: Machine with the arm in it, as known before the run.
             period_s: Period of the machine [s].
             progress: Function that shows the progress of run and procedure.
+            longest_s: Time of the run after which an unfinished procedure ends, and the arm is let down [s]. The loop
+                of the guard must be longer than that: at its end it switches the drives off.
         """
+        self._longest_s = longest_s
         self._performs, self._prepared, self._shown = performs, prepared, progress
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._is_over, self._thread = threading.Event(), None
@@ -225,10 +244,12 @@ class LiveProcedure:
         self._is_over.set()
         if self._thread is not None:
             self._thread.join(ENDS_S)
+            if self._thread.is_alive() and self.failure is None:
+                self.failure = RigError(OVER)
 
     def _run(self, running: Running) -> None:
         try:
-            with contextlib.closing(LiveFloat(running, self._controller, self._is_over)) as machine:
+            with contextlib.closing(LiveFloat(running, self._controller, self._is_over, self._longest_s)) as machine:
                 self._await_float(running, machine)
                 self.has_begun = True
                 self._performs(machine, self._shown)

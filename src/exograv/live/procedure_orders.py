@@ -11,10 +11,13 @@ from typing import Any, Literal
 import numpy as np
 
 from exograv.model.arm import WeightPlace
-from exograv.model.description import RigDescription
+from exograv.model.assembly import Assembly
+from exograv.model.description import ArmSide, RigDescription
 from exograv.motion import Cycles, Passage, Planned, Trajectory
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.procedures.rehabilitation.guided.guided_arm import LedBy
+from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
+from exograv.procedures.rehabilitation.guided.mirror_plan import MirrorPlan, Skeleton
 from exograv.procedures.rehabilitation.guided.path_guide import Anchor, PathGuide
 from exograv.procedures.rehabilitation.guided.path_shaping import driven
 from exograv.procedures.rehabilitation.guided.pull import PullStrength
@@ -46,9 +49,9 @@ class Order:
     path: Planned | None = None
     """Path from now on, at whose end the arm is held; without one the arm is held where it is."""
 
-    guide: Literal["anchor", "path", "taught"] | None = None
-    """Guide that leads the arm by a pull that gives way: an anchor at the start of `path`, a guide along `path`, or
-    along the taught path of the run; None for a motion without a guide."""
+    guide: Literal["anchor", "path", "taught", "mirror"] | None = None
+    """Guide that leads the arm by a pull that gives way: an anchor at the start of `path`, a guide along `path`, along
+    the taught path of the run, or along the mirror image of the leading arm; None for a motion without a guide."""
 
     speed: float = 1.0
     """Share of the speed of a guide's path [-]."""
@@ -140,6 +143,8 @@ class OrderMemory:
     followed: str | None = None
     taught: TaughtRows | None = None
     """Taught path, which control has from the start: a table does not arrive within a tick."""
+    leading: ArmSide | None = None
+    """Arm that leads the other one; None without a mirrored motion."""
 
     def order_ring(self) -> MessageRing:
         """Return the ring of orders from the procedure to control."""
@@ -149,11 +154,12 @@ class OrderMemory:
         """Return the ring of ticks from control to the procedure."""
         return Ring(followed_dtype(self.joints), FOLLOWED_MAX, self.followed)
 
-    def motion(self, description: RigDescription, period_s: float) -> "OrderedMotion":
+    def motion(self, assembly: Assembly, period_s: float) -> "OrderedMotion":
         """Build the part of control on this memory."""
         put = self.followed_ring().put
         taught = None if self.taught is None else self.taught.trajectory(period_s)
-        return OrderedMotion(description, period_s, self.order_ring().take, put, taught)
+        mirrored = None if self.leading is None else MirrorPlan.of(assembly, self.leading)
+        return OrderedMotion(assembly.description, period_s, self.order_ring().take, put, taught, mirrored)
 
 
 class OrderedMotion:
@@ -166,6 +172,7 @@ class OrderedMotion:
         next_order: Callable[[], Order | None],
         tell: Callable[[np.ndarray], object] = lambda _row: None,
         taught: Trajectory | None = None,
+        mirrored: MirrorPlan | None = None,
     ):
         """Begin without an order.
 
@@ -175,9 +182,12 @@ class OrderedMotion:
             next_order: Function that returns an order that has arrived; None without one.
             tell: Function that sends a row of `followed_dtype` to the procedure.
             taught: Taught path of the run.
+            mirrored: Plan of a mirrored motion of the run.
         """
         joints = len(description.joints)
-        self._strength, self._taught = PullStrength.of(description), taught
+        self._strength, self._taught, self._mirrored = PullStrength.of(description), taught, mirrored
+        self.skeleton: Skeleton = lambda _q: ([], [])
+        """Points of machine and arms, by the controller of control."""
         self._guide: LedBy | None = None
         self._period_s, self._next, self._tell = period_s, next_order, tell
         self._row, self._still = np.zeros((), followed_dtype(joints)), np.zeros(joints)
@@ -193,6 +203,11 @@ class OrderedMotion:
         return self.order is not None and self.order.is_led
 
     @property
+    def leading(self) -> ArmSide | None:
+        """Arm that floats and leads the other one; None if no arm leads."""
+        return self._guide.side if self.is_led and isinstance(self._guide, MirrorGuide) else None
+
+    @property
     def is_load_known(self) -> bool:
         """False while an unknown weight may be on the arm."""
         return self.order is None or self.order.is_load_known
@@ -205,15 +220,19 @@ class OrderedMotion:
         # A path starts where the arm is held. A weight alone changes neither posture nor path.
         self._held = self._held if self.is_led else q.copy()
         self.order, self._begun_at, self.count = order, np.nan, self.count + 1
-        self._take_guide(order)
+        self._take_guide(order, q)
         return order
 
-    def _take_guide(self, order: Order) -> None:
+    def _take_guide(self, order: Order, q: Joints) -> None:
         """Begin with another guide, or release the arm. A guide stays in force while the arm is given back to float."""
         if order.lets_go and self._guide is not None:
             self._guide.let_go()
         elif order.guide == "anchor" and order.path is not None:
             self._guide = Anchor(order.path.at(0)[0], self._strength, self._period_s)
+        elif order.guide == "mirror":
+            assert self._mirrored is not None
+            self._guide = self._mirrored.guide(q, self._period_s, self.skeleton)
+            self._guide.lead()
         elif order.guide is not None:
             path = self._taught if order.guide == "taught" else order.path
             assert isinstance(path, Trajectory | Passage)
@@ -256,7 +275,7 @@ class OrderedMotion:
         row["q"], row["tau"] = q, tau
         if (guide := self._guide) is not None:
             row["grip"], row["target"] = guide.grip, guide.target
-        if isinstance(guide, PathGuide):
+        if isinstance(guide, PathGuide | MirrorGuide):
             row["state"], row["waited_s"], row["pull"] = STATES.index(guide.state), guide.waited_s, guide.tau
         self._tell(row)
 

@@ -16,8 +16,10 @@ from exograv.loop.replay.guard_replay import SETTLED_S, GuardReplay
 from exograv.loop.replay.recorded_run import RecordedRun, readable
 from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.loop.replay_log import read_machine, read_person
+from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.rehabilitation.guided.mirror_plan import MirrorPlan
 from exograv.procedures.verification.postures import Verification
 from exograv.recording.fields import Message
 from exograv.runtime.control_loop.exchange import (
@@ -103,7 +105,10 @@ class LiveReplay:
             self._control = LiveControl(
                 prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered,
                 publishes_later=bool(live.get("publishes_later")),
-                orders=OrderedMotion(recorded.description, period_s, self._next_order, taught=_taught(live, period_s)),
+                orders=OrderedMotion(
+                    recorded.description, period_s, self._next_order, taught=_taught(live, period_s),
+                    mirrored=_mirrored(live, recorded.assembly),
+                ),
             )  # fmt: skip
             self._prepare()
             self._guarding.forget(actuators.torque(self._columns["current"][0]))
@@ -251,6 +256,11 @@ def _acts(messages: Sequence[Message]) -> Mapping[str, _Acts]:
 def _taught(live: Mapping[str, Any], period_s: float) -> Trajectory | None:
     said = live.get("taught")
     return None if said is None else TaughtRows(said["q_rad"], said["period_s"]).trajectory(period_s)
+
+
+def _mirrored(live: Mapping[str, Any], assembly: Assembly) -> MirrorPlan | None:
+    leading = live.get("leading")
+    return None if leading is None else MirrorPlan.of(assembly, leading)
 
 
 def _verification(live: Mapping[str, Any]) -> Verification | None:

@@ -43,12 +43,12 @@ NEEDED: Mapping[str, tuple[Need, ...]] = MappingProxyType(
         "run assist": WORN,
         "run teach": WORN,
         "run repeat": WORN,
+        "run mirror": WORN,
     }
 )
 """Commands that fly over drives, each with the checks that its machine must have passed (docs/howto/rig_test.md)."""
 
 _COMPUTES = "it computes from files and moves nothing"
-_LOCK_STEP = "its procedure exists only in lock-step with the twin, so no person in a machine is led"
 
 WITHOUT_DRIVES: Mapping[str, str] = MappingProxyType(
     {
@@ -56,7 +56,6 @@ WITHOUT_DRIVES: Mapping[str, str] = MappingProxyType(
         "rig check": _COMPUTES,
         "rig motion": _COMPUTES,
         "rig export": _COMPUTES,
-        "run mirror": _LOCK_STEP,
         "data view": _COMPUTES,
         "data replay": _COMPUTES,
         "dev faults": "it makes the faults inside the twin",

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from exograv.laboratory.guided.guided_command import GuidedResult, RepeatedFigures, TaughtFigures
     from exograv.laboratory.guided.mirror_command import FollowedFigures
     from exograv.live.on_drives.guided import RepeatedOnDrives, TaughtOnDrives
+    from exograv.live.on_drives.mirror import MirrorOnDrives
     from exograv.procedures.rehabilitation.guided.floating_arm import GuardRecord
+    from exograv.procedures.rehabilitation.guided.mirror_following import Following
 
 
 @dataclass(frozen=True)
@@ -122,8 +124,12 @@ def _repeat_on_drives(
     return result
 
 
-def run_mirror_command(options: MirrorOptions, common: OutFolder) -> "GuidedResult[FollowedFigures]":
+def run_mirror_command(
+    options: MirrorOptions, person: PersonForm, common: OutFolder
+) -> "GuidedResult[FollowedFigures] | MirrorOnDrives":
     """Lead one arm along the mirror image of the sound arm, in a machine for both arms."""
+    if options.is_on_drives:
+        return _mirror_on_drives(options, person, common.out)
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.mirror_command import run_mirror
 
@@ -131,12 +137,33 @@ def run_mirror_command(options: MirrorOptions, common: OutFolder) -> "GuidedResu
         result = run_mirror(options, common.out, progress)
     found, following = result.found, result.found.following
     print(found.session.outcome.value)
+    _say_late(following)
+    say_followed(following.tracking_rms_deg, found.session.pull_max_Nm, found.guard)
+    return result
+
+
+def _mirror_on_drives(options: MirrorOptions, person: PersonForm, folder: Path) -> "MirrorOnDrives":
+    from exograv.api.rig_factory import simulated_wearer
+    from exograv.cli.shell.motion_note import say_motion
+    from exograv.cli.shell.terminal import bars, say, say_unbroken
+    from exograv.live.on_drives.mirror import run_mirror_on_drives
+
+    refuse_unwritable(folder / "mirror.mcap", "--out")  # Checked now, not after minutes of preparation.
+    say_motion(options.rig)
+    with bars() as progress:
+        result = run_mirror_on_drives(options, person, folder, progress, say, simulated_wearer(options))
+    print(result.session.outcome.value)
+    _say_late(result.following)
+    _say_tracked(result.following.tracking_rms_deg, result.session.pull_max_Nm)
+    say_unbroken(f"Recording: {result.recording}")
+    return result
+
+
+def _say_late(following: "Following") -> None:
     if following.late_s is not None:
         print(
             f"Delay of the led arm: {following.late_s:.2f} s; error without it: {max(following.late_rms_deg):.1f}° RMS."
         )
-    say_followed(following.tracking_rms_deg, found.session.pull_max_Nm, found.guard)
-    return result
 
 
 def say_followed(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]", guard: "GuardRecord") -> None:

@@ -260,7 +260,7 @@ DURATIONS: dict[str, Seconds] = {
     "run assist": _assist,
     "run teach": lambda options: None if options.is_on_drives else CALIBRATION_S + 3.0,
     "run repeat": _repeat,
-    "run mirror": lambda options: CALIBRATION_S + 30.0 + 0.5 * options.seconds,
+    "run mirror": lambda options: None if options.is_on_drives else CALIBRATION_S + 30.0 + 0.5 * options.seconds,
     "run support-level": _support_level,
     "study add": lambda options: _by_size(options, 0.1, "files"),
     "study status": lambda options: 3.0 if not options.remake else _by_size(options, 0.1, "study"),

@@ -26,7 +26,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "run assist": ("twin", "study"),
     "run teach": ("control", "recording"),
     "run repeat": ("control", "recording"),
-    "run mirror": ("twin",),
+    "run mirror": ("control", "recording"),
     "run support-level": ("twin", "study"),
     "study add": ("study",),
     "twin fit": ("control", "study"),

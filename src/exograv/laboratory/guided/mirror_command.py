@@ -4,14 +4,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import driven_laboratory
 from exograv.loop.pilot import Progress
-from exograv.motion import Trajectory
+from exograv.loop.tick_sample import ObservedMotion
 from exograv.procedures.rehabilitation.guided.floating_arm import GuardRecord
-from exograv.procedures.rehabilitation.guided.mirror import MirrorFigures, mirror
+from exograv.procedures.rehabilitation.guided.mirror import MEETS_S, MirrorFigures, mirror
+from exograv.procedures.rehabilitation.guided.mirror_following import Following, followed
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.options import MirrorOptions
@@ -19,27 +19,10 @@ from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S
 from exograv.results import MERGED, json_value
 
 from .guided_command import GuidedResult, Preparing, floating_twin, guided_result, writer_of
-from .therapist_and_wearer import Holding, Therapist, drawn_movement
-
-MEETS_S = 3.0
-"""Time from the coupling of the following arm until the leading arm moves and the comparison starts [s]."""
+from .therapist_and_wearer import Holding, Therapist, drawn_movement, of_joints
 
 HOLDS_AFTER_S = 5.0
 """Time after that at which a person who overrules holds the following arm [s]."""
-
-LATE_MAX_S = 1.0
-"""Largest delay of the following arm in the search for its delay [s]."""
-
-
-@dataclass(frozen=True)
-class Following:
-    """Distance of the following arm from the mirror image of the leading one."""
-
-    tracking_rms_deg: np.ndarray
-    late_s: float | None
-    """Delay at which the distance is smallest; None after too short a session."""
-    late_rms_deg: np.ndarray
-    """Distance at that delay."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +61,13 @@ def run_mirror(
                 return False
             if not leader:
                 one = drawn_movement(description, options.seed, twin.truth.q, twin.period_s)
-                leader.append(Therapist(twin, _columns(one, which), _slice(which.lead)))
+                leader.append(Therapist(twin, of_joints(one, which.lead.tolist()), _slice(which.lead)))
             leader[0].act()
             if options.person == "overrules":
                 holding.act()
             return options.person == "lets-go" and twin.t > begins_s + HOLDS_AFTER_S
 
-        def watch(guide: MirrorGuide) -> None:
+        def watch(guide: MirrorGuide, _moment: ObservedMotion) -> None:
             if leader and not guide.has_let_go:
                 q = twin.truth.q
                 at.append(np.concatenate([which.mirrored(q)[which.follow], q[which.follow]]))
@@ -95,30 +78,6 @@ def run_mirror(
     return guided_result(found, options, laboratory, recorded, options.lead)
 
 
-def followed(at: Float[np.ndarray, "tick both"], dt: float) -> Following:
-    """Distance of the following arm from the mirror image, without delay and with the best delay.
-
-    Args:
-        at: True posture of the leading arm, mirrored, then that of the following arm [rad].
-        dt: Period [s].
-    """
-    if len(at) < 2.0 * LATE_MAX_S / dt:
-        return Following(np.zeros(0), None, np.zeros(0))
-    image, own = np.split(np.rad2deg(at), 2, axis=1)
-
-    def rms(late: int) -> Float[np.ndarray, " joint"]:
-        return np.sqrt(np.mean((image[: len(image) - late] - own[late:]) ** 2, axis=0))
-
-    lates = range(0, round(LATE_MAX_S / dt), max(round(0.01 / dt), 1))
-    best = min(lates, key=lambda late: float((rms(late) ** 2).sum()))
-    return Following(rms(0).round(3), round(best * dt, 3), rms(best).round(3))
-
-
 def _slice(joints: np.ndarray) -> slice:
     """Slice of one arm's joints, which are adjacent."""
     return slice(int(joints[0]), int(joints[-1]) + 1)
-
-
-def _columns(movement: Trajectory, which: MirrorMap) -> Trajectory:
-    q, v, a = (table[:, which.lead] for table in (movement.q, movement.v, movement.a))
-    return Trajectory(q, v, a, movement.dt)

@@ -4,6 +4,7 @@ Both read the twin's true state, because people feel where their hands are. The 
 """
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -80,3 +81,10 @@ def drawn_movement(description: RigDescription, seed: int, q: Joints, dt: float,
     for start, goal in itertools.pairwise(way):
         parts += [motion.go_to(start, goal, 0.8, dt), motion.hold(goal, 0.3, dt)]
     return motion.joined(parts)
+
+
+def of_joints(movement: Trajectory, joints: Sequence[int]) -> Trajectory:
+    """Return the part of a movement that belongs to some joints."""
+    own = list(joints)
+    q, v, a = (table[:, own] for table in (movement.q, movement.v, movement.a))
+    return Trajectory(q, v, a, movement.dt)

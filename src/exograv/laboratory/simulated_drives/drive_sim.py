@@ -12,12 +12,13 @@ from exograv.errors import ConfigError, RigError
 from exograv.laboratory.attentive_wearer import AttentiveHold
 from exograv.laboratory.cooperative_wearer import ArmHold
 from exograv.laboratory.dummy_arm import with_dummy
-from exograv.laboratory.guided.therapist_and_wearer import Therapist, drawn_movement
+from exograv.laboratory.guided.therapist_and_wearer import Therapist, drawn_movement, of_joints
 from exograv.laboratory.options import DriveSimOptions
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, machine_of, with_twin
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
+from exograv.motion import Trajectory
 from exograv.options import Bus
 from exograv.procedures.acceptance.dummy import load_dummy
 from exograv.procedures.bring_up.simulated_drives_file import written
@@ -143,7 +144,7 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
 
 def _with_therapist(
     hold: Callable[[], None], twin: Twin, description: RigDescription, seed: int
-) -> tuple[Callable[[], None], Callable[[], None]]:
+) -> tuple[Callable[[], None], Callable[[str | None], None]]:
     """Return the acts of wearer and therapist in each step, and the function with which the therapist begins."""
     therapist: list[Therapist] = []
 
@@ -152,11 +153,25 @@ def _with_therapist(
         if therapist:
             therapist[0].act()
 
-    def begin() -> None:
+    def begin(side: str | None) -> None:
         movement = drawn_movement(description, seed, twin.truth.q, twin.period_s)
-        therapist[:] = [Therapist(twin, movement)]
+        therapist[:] = [Therapist(twin, movement) if side is None else _of_one_arm(twin, movement, description, side)]
 
     return act, begin
+
+
+def _of_one_arm(twin: Twin, movement: Trajectory, description: RigDescription, side: str) -> Therapist:
+    """Return a therapist who moves one of two arms.
+
+    Raises:
+        RigError: The machine has no such arm.
+    """
+    if len(description.arm_sides) < 2 or side not in description.arm_sides:
+        raise RigError(
+            f"'lead {side}' moves one of two arms. Arms of this machine: {', '.join(description.arm_sides)}."
+        )
+    own = [k for k, name in enumerate(description.joints) if name.startswith(f"{side}_")]
+    return Therapist(twin, of_joints(movement, own), slice(own[0], own[-1] + 1))
 
 
 def _relaxed(plant: Plant, twin: Twin, laboratory: VirtualLaboratory) -> tuple[Callable[[], None], Hear]:

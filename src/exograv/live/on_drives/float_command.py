@@ -16,7 +16,7 @@ from exograv.live.live_flight import fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, person_believed, unknown_person
 from exograv.live.live_moved import LiveMoved
 from exograv.live.live_procedure import LiveFloat, LiveProcedure
-from exograv.live.live_processes import LiveResult, Running
+from exograv.live.live_processes import LONGEST_DESCENT_S, LiveResult, Running
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.live.procedure_orders import OrderMemory, TaughtRows
 from exograv.loop.floating_machine import FloatingMachine
@@ -25,7 +25,7 @@ from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
-from exograv.model.description import load_rig
+from exograv.model.description import ArmSide, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
 from exograv.next_command import same_machine
@@ -50,6 +50,9 @@ from .wearer_form import form_of_wearer
 
 SEEN_EVERY_S = 0.05
 """Sampling period of the identification motion, to find postures that the motion has not visited [s]."""
+
+BUSY_S = 60.0
+"""Time by which a busy computer may delay a procedure [s]: simulated drives move on while the worker computes."""
 
 READY = (
     "Check that the arm lies in its cuffs, supported and relaxed. Then press Enter: the motors switch on, carry the "
@@ -103,6 +106,8 @@ class Procedure:
     """Procedure that moves the identified arm, in the place of `performs`."""
     taught: TaughtRows | None = None
     """Taught path for a procedure that moves the arm."""
+    leading: ArmSide | None = None
+    """Leading arm for a procedure in which one arm leads the other."""
     on_purpose: tuple[StopReason, ...] = ()
     """Reasons of a stop that the procedure causes itself."""
 
@@ -174,7 +179,7 @@ def fly_on_drives(
         lesson = lesson_plan(
             prepared, options.identify_s, period_s, stack, verification, passes_s, belief, told.body.mass_kg
         )
-        ordered = None if procedure.moves is None else OrderRings(stack, assembly.n, procedure.taught)
+        ordered = None if procedure.moves is None else OrderRings(stack, assembly.n, procedure)
         plan = LivePlan(
             description, told, prepared, limits, 0.0,
             partial(open_drives, drives, lock_step=options.waits), round(1e9 * period_s), lesson, key,
@@ -185,10 +190,13 @@ def fly_on_drives(
         if not options.simulate:
             _await_enter(say, procedure.ready)
         said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
-        performed = _performed(procedure, hands, prepared, period_s, progress, ordered)
+        loop_s = options.loop_s + passes_s
+        performed = _performed(procedure, hands, prepared, period_s, progress, ordered, loop_s + BUSY_S)
+        # The guard switches the drives off at the end of its loop: a procedure ends before, by a descent.
+        loop_s += 0.0 if performed is None else BUSY_S + LONGEST_DESCENT_S
         watch = PersonWatch(progress, lambda running: procedure.acts(running, hands), performed)
         with contextlib.nullcontext() if performed is None else performed:
-            flown = fly_plan(plan, options.loop_s + passes_s, path, said, watch, watch.begin, is_tested=True, lsl=lsl)
+            flown = fly_plan(plan, loop_s, path, said, watch, watch.begin, is_tested=True, lsl=lsl)
         procedure.afterwards(drives, hands)
     lock_after_fault(key, flown.report, procedure.on_purpose)
     watch.refuse(known_arm)
@@ -220,9 +228,9 @@ def _belief(
 class OrderRings:
     """Memory between a procedure that moves the arm and control, for the time of a flight."""
 
-    def __init__(self, stack: contextlib.ExitStack, joints: int, taught: TaughtRows | None):
+    def __init__(self, stack: contextlib.ExitStack, joints: int, procedure: Procedure):
         """Create the memory. It lives as long as `stack`."""
-        size = OrderMemory(joints, taught=taught)
+        size = OrderMemory(joints, taught=procedure.taught, leading=procedure.leading)
         self.orders = stack.enter_context(contextlib.closing(size.order_ring()))
         self.followed = stack.enter_context(contextlib.closing(size.followed_ring()))
         self.memory = replace(size, orders=self.orders.name, followed=self.followed.name)
@@ -235,6 +243,7 @@ def _performed(
     period_s: float,
     progress: Progress,
     ordered: OrderRings | None,
+    longest_s: float,
 ) -> LiveProcedure | None:
     if ordered is not None and (moves := procedure.moves) is not None:
         progress("Preparing the person's limits", 0.0)
@@ -245,18 +254,21 @@ def _performed(
             rings = ordered.orders, ordered.followed
             moves(LiveMoved(machine, rings, limits, model, period_s, shown), hands, shown)
 
-        return LiveProcedure(moved, prepared, period_s, progress)
+        return LiveProcedure(moved, prepared, period_s, progress, longest_s)
     if (performs := procedure.performs) is None:
         return None
-    return LiveProcedure(lambda machine, shown: performs(machine, hands, shown), prepared, period_s, progress)
+    return LiveProcedure(
+        lambda machine, shown: performs(machine, hands, shown), prepared, period_s, progress, longest_s
+    )
 
 
 def _incomplete(failure: BaseException, flown: LiveResult, options: LiveOptions, folder: Path) -> BaseException:
     """Return the error of a procedure that ended early, with the stop that was its cause."""
     if not isinstance(failure, RigError):
         return failure
-    latches = flown.report.latches
-    why = f" It stopped after {latches[0].at_s:.1f} s: {latches[0].cause}" if latches else ""
+    report = flown.report
+    whys = [f"It stopped after {latch.at_s:.1f} s: {latch.cause}" for latch in report.latches[:1]]
+    why = "".join(f" {one}" for one in [*whys, report.failure] if one)
     test = same_machine("rig self-test", options, folder)
     return RigError(
         f"{failure}{why} Recording until then: {flown.path}. After a fault test the machine again (`{test}`), then "

@@ -82,7 +82,7 @@ def run_repeat_on_drives(
     def move(machine: LiveMoved, _hands: Hands, _shown: Progress) -> None:
         arm = LiveGuided(machine)
         found = repeat(
-            arm, rows.trajectory(arm.period_s), options.speed, options.repetitions, _released(options, machine, say)
+            arm, rows.trajectory(arm.period_s), options.speed, options.repetitions, released(options, machine, say)
         )
         done.append(found.figures)
         task = json_value(found.figures)
@@ -188,7 +188,7 @@ def refuse_simulated(path: Path, whole: TaughtPath, options: RepeatOptions) -> N
         )
 
 
-def _released(options: RepeatOptions, machine: LiveMoved, say: Say) -> Callable[[], bool]:
+def released(options: GuidedOptions, machine: LiveMoved, say: Say) -> Callable[[], bool]:
     """Return the function that is True if the operator has asked to release the arm."""
     if options.simulate:
         return lambda: False

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.guided.mirror_command import followed
+from exograv.procedures.rehabilitation.guided.mirror_following import followed
 from exograv.procedures.rehabilitation.guided.options import MirrorOptions, RepeatOptions
 
 DT = 0.001

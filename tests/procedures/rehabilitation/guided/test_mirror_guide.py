@@ -1,12 +1,14 @@
 """Mirror guide: the target follows late, with limited speed, inside the limits, and not after a jerk."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
 from exograv.procedures.rehabilitation.guided.grip import DROP_S, GripOutcome
-from exograv.procedures.rehabilitation.guided.mirror_guide import BEHIND_RAD, MirrorGuide
+from exograv.procedures.rehabilitation.guided.mirror_guide import BEHIND_RAD, LOOK_TICKS, MIDDLE_M, MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.path_shaping import A_MAX_RAD_S2, V_MAX_RAD_S, allowed_range
 from exograv.procedures.rehabilitation.guided.pull import PullStrength
@@ -18,8 +20,8 @@ MAP = MirrorMap.of(RIG, EXO, "right")
 START = 0.5 * np.sum(RIG.workspace, axis=0)
 
 
-def guide() -> MirrorGuide:
-    one = MirrorGuide(MAP, PullStrength.of(RIG), allowed_range(RIG, EXO), START, DT)
+def guide(to_middle: Callable[[np.ndarray], float] = lambda _q: np.inf) -> MirrorGuide:
+    one = MirrorGuide(MAP, PullStrength.of(RIG), allowed_range(RIG, EXO), START, DT, "right", to_middle)
     one.lead()
     return one
 
@@ -52,11 +54,15 @@ def test_the_place_stays_inside_the_limits_wherever_the_leading_arm_is():
 
 
 def test_hands_that_are_too_near_stop_the_place():
-    one = guide()
+    away_m = [1.1 * MIDDLE_M]
+    one = guide(lambda _q: away_m[0])
     lead_to(one, START[MAP.lead], 2.5)
-    one.waits = True
+    assert one.waited_s == 0.0
+    away_m[0] = 0.9 * MIDDLE_M
+    lead_to(one, START[MAP.lead], LOOK_TICKS * DT)
     rows = lead_to(one, START[MAP.lead] + 0.3, 2.0)
     assert rows[-1, 0] == pytest.approx(START[MAP.follow], abs=1e-6)
+    assert one.waited_s == pytest.approx(2.0, abs=2.0 * LOOK_TICKS * DT)
 
 
 def test_a_jerk_of_the_leading_arm_ends_it():

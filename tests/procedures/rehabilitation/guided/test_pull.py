@@ -1,11 +1,13 @@
 """Pull: its torque never exceeds the bound, and its spring stores no more energy than stated."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from exograv.control.tick import weak_damping
 from exograv.loop.person_limits import ACTIVE_MAX_NM
 from exograv.model.description import load_rig
 from exograv.procedures.rehabilitation.guided.grip import AWAY
@@ -13,6 +15,8 @@ from exograv.procedures.rehabilitation.guided.pull import REACH_RAD, PullStrengt
 from exograv.signals import Reference
 
 STRENGTH = PullStrength.of(load_rig("recupera_like_qdd"))
+DV = ca.SX.sym("dv", 4)
+DAMPING = ca.Function("damping", [DV], [weak_damping(ca.DM(STRENGTH.tick_kp), ca.DM(STRENGTH.tick_kd), DV)])
 FOUR = arrays(float, 4, elements=st.floats(-10.0, 10.0))
 SHARE = st.floats(0.0, 1.0)
 ROUNDING_NM = 1e-9
@@ -29,7 +33,7 @@ def test_the_control_laws_feedback_on_the_reference_is_the_pull_alone(q, v, q_ta
     target = Reference(q_target, v_target, np.zeros(4))
     tau = STRENGTH.torque(q, v, target, 1.0)
     reference = STRENGTH.reference(q, v, target, tau)
-    feedback = STRENGTH.tick_kp * (reference.q - q) + STRENGTH.tick_kd * (reference.v - v)
+    feedback = STRENGTH.tick_kp * (reference.q - q) + np.array(DAMPING(reference.v - v)).ravel()
     assert feedback == pytest.approx(tau, abs=ROUNDING_NM * 1e3)
 
 

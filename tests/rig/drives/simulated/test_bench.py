@@ -137,3 +137,13 @@ def test_only_a_person_who_follows_instructions_hears_them(stage: Stage):
     person.attempt.assert_called_once_with()
     (target, place), _ = person.reach.call_args
     assert (target, place.tolist()) == (7, [0.1, -0.2, 0.3])
+
+
+def test_a_therapist_moves_the_whole_machine_or_one_of_two_arms(stage: Stage):
+    with pytest.raises(RigError, match="No therapist"):
+        stage.bench.do("therapist")
+    begun = list[str | None]()
+    stage.plant.therapist = begun.append
+    for line in ("therapist", "lead left"):
+        stage.bench.do(line)
+    assert begun == [None, "left"]

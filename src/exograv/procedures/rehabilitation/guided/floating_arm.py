@@ -13,9 +13,12 @@ from exograv.loop.output_feedback import Guide
 from exograv.loop.phases import FLOATING, Drive, Phase
 from exograv.loop.pilot import Pilot
 from exograv.loop.tick_sample import Joints, TickSample
+from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
 from exograv.rig import Rig
 from exograv.safety.stops import StopReason
+
+from .mirror_guide import MirrorGuide
 
 LOOK_S = 0.02
 """Time between two checks whether a run is done [s]."""
@@ -56,12 +59,23 @@ class FloatingArm(Generic[AnyRig]):
         """Description of the machine."""
         return self.controller.assembly.description
 
+    @property
+    def assembly(self) -> Assembly:
+        """The machine with the arm in it."""
+        return self.controller.assembly
+
+    def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:
+        """Points of the exoskeleton and of the arm in the base frame [m], by the controller's model."""
+        return self.controller.skeleton(q)
+
     def begin(self, phase: Phase | str) -> None:
         """Note in the recording the phase that begins."""
         self.pilot.begin(phase)
 
     def lead(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
         """Fade from floating to guided: the control law's feedback comes by a ramp, and with it the guide's pull."""
+        if isinstance(guide, MirrorGuide):
+            self.controller.let_lead(guide.side)
         fade(
             self.pilot, self.controller, "drive", Drive.ALWAYS.goal(is_known=True), self.pilot.q.copy(), guide, listener
         )
@@ -77,6 +91,8 @@ class FloatingArm(Generic[AnyRig]):
             guide,
             listener,
         )
+        if isinstance(guide, MirrorGuide):
+            self.controller.let_lead(None)
 
     def run(
         self,

@@ -5,11 +5,13 @@ from typing import Protocol, runtime_checkable
 
 from exograv.loop.phases import Phase
 from exograv.loop.tick_sample import Joints, ObservedMotion
+from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
 
+from .mirror_guide import MirrorGuide
 from .path_guide import Anchor, PathGuide
 
-LedBy = Anchor | PathGuide
+LedBy = Anchor | PathGuide | MirrorGuide
 Listener = Callable[[ObservedMotion], None]
 
 
@@ -65,4 +67,18 @@ class GuidedArm(Protocol):
         Raises:
             RigError: The machine was stopped.
         """
+        ...
+
+
+@runtime_checkable
+class GuidedArms(GuidedArm, Protocol):
+    """Both arms of a person, of which a `MirrorGuide` lets one lead and guides the other one."""
+
+    @property
+    def assembly(self) -> Assembly:
+        """The machine with the arms in it."""
+        ...
+
+    def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:
+        """Points of the exoskeleton and of the arms in the base frame [m], by the controller's model."""
         ...

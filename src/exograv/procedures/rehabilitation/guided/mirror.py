@@ -1,29 +1,25 @@
 """Mirror therapy in one machine: the sound arm leads and floats freely. The other arm is led along its mirror image."""
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.loop.phases import FLOATING
-from exograv.loop.tick_sample import TickSample
+from exograv.loop.tick_sample import ObservedMotion
 from exograv.model.description import ArmSide
 
-from .floating_arm import FloatingArm
 from .grip import DROP_S, GripOutcome
+from .guided_arm import GuidedArms, Listener
 from .mirror_guide import MirrorGuide
-from .mirror_map import MirrorMap
-from .path_shaping import allowed_range
-from .pull import PullStrength
+from .mirror_plan import MirrorPlan
 from .repeat import SETTLE_S
 
-MIDDLE_M = 0.10
-"""Least distance of the leading hand from the plane between the shoulders [m]. Closer hands could collide."""
+MEETS_S = 3.0
+"""Time from the coupling of the following arm until the leading arm moves, and both arms are compared [s]."""
 
-LOOK_TICKS = 20
-"""Ticks between two checks of the hands' positions."""
+Watch = Callable[[MirrorGuide, ObservedMotion], None]
+"""Function that takes the guide and the motion of a tick."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +48,11 @@ class MirrorResult:
 
 
 def mirror(
-    flown: FloatingArm,
+    flown: GuidedArms,
     lead: ArmSide,
     seconds: float,
     act: Callable[[], bool] = lambda: False,
-    watch: Callable[[MirrorGuide], None] = lambda _guide: None,
+    watch: Watch = lambda _guide, _moment: None,
 ) -> MirrorResult:
     """Let one arm follow the other for `seconds`. Both arms float afterwards, whatever the outcome.
 
@@ -77,77 +73,42 @@ def mirror(
 class _Session:
     """State of one session: both arms, callbacks and the result so far."""
 
-    def __init__(
-        self, flown: FloatingArm, lead: ArmSide, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]
-    ):
+    def __init__(self, flown: GuidedArms, lead: ArmSide, act: Callable[[], bool], watch: Watch):
         self._flown, self._act, self._watch = flown, act, watch
-        self._lead: ArmSide = lead
-        assembly = flown.controller.assembly
-        self._which = MirrorMap.of(assembly.description, assembly.exo, lead)
-        self._strength = PullStrength.of(assembly.description)
-        self._limits = allowed_range(assembly.description, assembly.exo)
-        self._hands = _Hands(flown, lead)
-        self._done, self._wants_out = MirrorResult(pull_max=np.zeros(len(flown.pilot.q))), False
+        self._plan = MirrorPlan.of(flown.assembly, lead)
+        self._done, self._wants_out = MirrorResult(pull_max=np.zeros(len(flown.q))), False
 
     def mirror(self, seconds: float) -> MirrorResult:
-        flown, pilot, done = self._flown, self._flown.pilot, self._done
-        pilot.begin(FLOATING)
+        flown, done = self._flown, self._done
+        flown.begin(FLOATING)
         if flown.run(SETTLE_S, "Both arms float", self._acting, None, lambda: self._wants_out):
             done.state = GripOutcome.RELEASED
             return done
-        guide = MirrorGuide(self._which, self._strength, self._limits, pilot.q, pilot.rig.period_s)
+        guide = self._plan.guide(flown.q, flown.period_s, flown.skeleton)
         listen = self._listener(guide)
-        pilot.begin("mirror")
-        flown.controller.let_lead(self._lead)
+        flown.begin("mirror")
         guide.lead()
         flown.lead(guide, listen)
         flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
         done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
         flown.run(2.0 * DROP_S, "Releasing the arm", listen, guide)
-        pilot.begin(FLOATING)
+        flown.begin(FLOATING)
         flown.float_again(guide, self._acting)
-        flown.controller.let_lead(None)
         return done
 
-    def _listener(self, guide: MirrorGuide) -> Callable[[TickSample], None]:
-        done, period_s, ticks = self._done, self._flown.pilot.rig.period_s, itertools.count()
+    def _listener(self, guide: MirrorGuide) -> Listener:
+        done = self._done
 
-        def listen(moment: TickSample) -> None:
+        def listen(moment: ObservedMotion) -> None:
             self._acting(moment)
             if self._wants_out:
                 guide.let_go()
-            if next(ticks) % LOOK_TICKS == 0:
-                guide.waits = self._hands.to_middle(moment.q) < MIDDLE_M
-            done.waited_s += period_s * guide.waits
+            done.waited_s = guide.waited_s
             np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
-            self._watch(guide)
+            self._watch(guide, moment)
 
         return listen
 
-    def _acting(self, _moment: TickSample) -> None:
+    def _acting(self, _moment: ObservedMotion) -> None:
         self._wants_out = self._act() or self._wants_out
-
-
-class _Hands:
-    """Position of the leading hand, by the controller's model."""
-
-    def __init__(self, flown: FloatingArm, lead: ArmSide):
-        self._controller = flown.controller
-        limbs = flown.controller.assembly.arm.limbs
-        self._is_first = limbs[0].side == lead
-
-    def to_middle(self, q: Float[np.ndarray, " joint"]) -> float:
-        """Distance from fingertip or wrist, the nearer one, to the plane between the shoulders [m].
-
-        The distance is negative beyond the plane.
-        """
-        # The skeleton runs from the first arm's fingertip over both shoulders to the other fingertip
-        # (`skeleton_function`).
-        points = np.array(self._controller.skeleton(q)[1])
-        if not self._is_first:
-            points = points[::-1]
-        half = len(points) // 2
-        own, other = points[half - 1], points[half]
-        across = (own - other) / np.linalg.norm(own - other)
-        return float(((points[:2] - 0.5 * (own + other)) @ across).min())

@@ -1,8 +1,11 @@
 """Mirror guide: one arm floats and leads; the other one follows its mirror image with limited speed and torque."""
 
+from collections.abc import Callable
+
 import numpy as np
 from jaxtyping import Float
 
+from exograv.model.description import ArmSide
 from exograv.signals import Reference
 
 from .grip import FREE, GripOutcome, next_grip, pace
@@ -28,6 +31,12 @@ BEHIND_RAD = np.deg2rad(30.0)
 TOGETHER_RAD = np.deg2rad(5.0)
 """Distance below which the target has met the mirror image for the first time [rad]."""
 
+MIDDLE_M = 0.10
+"""Least distance of the leading hand from the plane between the shoulders [m]. Closer hands could collide."""
+
+LOOK_TICKS = 20
+"""Ticks between two checks of the hands' positions."""
+
 
 class MirrorGuide:
     """Guide like `PathGuide` for a machine with two arms; call it once per tick."""
@@ -39,6 +48,8 @@ class MirrorGuide:
         limits: tuple[Joints, Joints],
         q: Joints,
         dt: float,
+        side: ArmSide,
+        to_middle: Callable[[Joints], float] = lambda _q: np.inf,
     ):
         """Prepare the guide; guidance starts with `lead`.
 
@@ -48,8 +59,13 @@ class MirrorGuide:
             limits: Lower and upper limits of the target [rad].
             q: Present joint positions [rad].
             dt: Period [s].
+            side: Leading arm.
+            to_middle: Function of the joint positions [rad] that returns the distance of the leading hand from the
+                plane between the shoulders [m].
         """
         self.which, self.strength = which, strength
+        self.side: ArmSide = side
+        self._to_middle, self._ticks = to_middle, 0
         self._lower, self._upper = (bound[which.follow] for bound in limits)
         self._dt = dt
         self.state, self.grip = GripOutcome.FREE, 0.0
@@ -60,6 +76,8 @@ class MirrorGuide:
         """Pull at the last tick [N·m]; zero at the leading arm."""
         self.waits = False
         """True while the hands are too close together to proceed."""
+        self.waited_s = 0.0
+        """Time during which the hands were too close together to proceed [s]."""
         self._is_held = False
         self.has_met = False
         """True once the target was at the mirror image."""
@@ -82,6 +100,7 @@ class MirrorGuide:
         """Return the reference for the control law with the arms at `q` [rad] and joint velocity `v` [rad/s]."""
         follow, dt = self.which.follow, self._dt
         strain = float(np.abs(self.target - q)[follow].max()) / REACH_RAD
+        self._look_at_hands(q)
         self._watch(q, v)
         self.grip, self.state = next_grip(self.grip, self.state, strain, dt)
         wanted = np.clip(self.which.mirrored(q)[follow], self._lower, self._upper)
@@ -94,6 +113,12 @@ class MirrorGuide:
         self.tau = np.zeros_like(q)
         self.tau[follow] = self.strength.torque(q, v, moving, self.grip)[follow]
         return self.strength.reference(q, v, moving, self.tau)
+
+    def _look_at_hands(self, q: Joints) -> None:
+        if self._ticks % LOOK_TICKS == 0:
+            self.waits = self._to_middle(q) < MIDDLE_M
+        self._ticks += 1
+        self.waited_s += self._dt * self.waits
 
     def _watch(self, q: Joints, v: Joints) -> None:
         """End the guidance if the leading arm moves with a jerk or is too far ahead."""

@@ -6,14 +6,14 @@ from typing import Annotated, Literal
 
 import tyro
 
-from exograv.options import ON_DRIVES, ON_TWIN, RigArgument, TwinOptions, Within, WornOptions
+from exograv.options import ON_DRIVES, ON_TWIN, RigArgument, Within, WornOptions
 
 PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
 
 @dataclass(frozen=True)
 class GuidedOptions(WornOptions):
-    """Options of `exograv run teach`, and of `exograv run repeat`."""
+    """Options of `exograv run teach`, `exograv run repeat` and `exograv run mirror`."""
 
     rig: RigArgument = "recupera_like_qdd"
 
@@ -39,7 +39,7 @@ class RepeatOptions(GuidedOptions):
 
 
 @dataclass(frozen=True)
-class MirrorOptions(TwinOptions):
+class MirrorOptions(GuidedOptions):
     """Options of `exograv run mirror`."""
 
     rig: RigArgument = "recupera_like_dual"
@@ -50,5 +50,5 @@ class MirrorOptions(TwinOptions):
     seconds: Annotated[float, Within(5.0, 600.0)] = 20.0
     """Duration, counted from the coupling of the following arm [s]."""
 
-    person: Literal["relaxed", "overrules", "lets-go"] = "relaxed"
+    person: Annotated[Literal["relaxed", "overrules", "lets-go"], ON_TWIN] = "relaxed"
     """Action of the simulated person: none, hold the following arm, or ask to be let go."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from exograv.control.tick import FAR_DAMPING_S, FAR_RAD_S
 from exograv.model.description import RigDescription
 from exograv.signals import Reference
 
@@ -57,4 +58,9 @@ class PullStrength:
 
         The feed-forward (inertia and friction) is that of the target's motion.
         """
-        return Reference(q + (tau - self.tick_kd * (target.v - v)) / self.tick_kp, target.v, target.a)
+        return Reference(q + (tau - self._tick_damping(target.v - v)) / self.tick_kp, target.v, target.a)
+
+    def _tick_damping(self, dv: Joints) -> Joints:
+        """Damping torque of the control law (`control.tick.weak_damping`) at a velocity difference [rad/s]."""
+        far = dv - np.clip(dv, -FAR_RAD_S, FAR_RAD_S)
+        return self.tick_kd * dv + np.maximum(FAR_DAMPING_S * self.tick_kp - self.tick_kd, 0.0) * far

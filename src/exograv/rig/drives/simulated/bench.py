@@ -26,7 +26,7 @@ heat JOINT C    set the temperature of its winding
 mode NAME       tell the wearer that this mode of the machine begins, such as ramp_in
 rest S LEVEL    tell a weak person to go to rest within S seconds, at this gravity level
 attempt         tell a weak person to get ready; reach N X Y Z: reach for target N at this place in metres
-therapist       let a therapist move the arm along a path and hold it at the end
+therapist       let a therapist move the arm along a path and hold it at the end; lead SIDE: move one of two arms
 press           hardware stop: every drive is off and brakes; release: close its line again
 report          state of each drive by its own report, as JSON
 quit            end"""
@@ -127,6 +127,7 @@ class SimulatedBench:
             "attempt": self._attempt,
             "reach": self._reach,
             "therapist": self._begin_therapy,
+            "lead": self._begin_therapy,
             "press": self._plant.press_stop,
             "release": self._plant.release_stop,
             "report": lambda: self._say(self.report()),
@@ -167,10 +168,10 @@ class SimulatedBench:
     def _reach(self, target: str, *place: str) -> None:
         self._person.reach(round(_number(target)), np.array([_number(one) for one in place]))
 
-    def _begin_therapy(self) -> None:
+    def _begin_therapy(self, side: str | None = None) -> None:
         if self._plant.therapist is None:
             raise RigError("No therapist moves an arm here. Start with --worn and without --person.")
-        self._plant.therapist()
+        self._plant.therapist(side)
 
     @property
     def _person(self) -> InstructedWearer:
@@ -192,6 +193,7 @@ _WORDS_AFTER = {
     "turn": 2,
     "heat": 2,
     "mode": 1,
+    "lead": 1,
     "rest": 2,
     "reach": 4,
     "unplug": 1,

@@ -99,8 +99,9 @@ class Plant:
         """Function that tells a simulated person in the machine the mode that begins, by its name in lower case."""
         self.person: InstructedWearer | None = None
         """Simulated person in the machine who follows instructions; None if there is none."""
-        self.therapist: Callable[[], object] | None = None
-        """Function with which a simulated therapist begins to move the arm by hand; None if there is none."""
+        self.therapist: Callable[[str | None], object] | None = None
+        """Function with which a simulated therapist begins to move the arm by hand, by its side on a machine for both
+        arms; None if there is none."""
         self._measured = twin.read()
         self._sequence, self._ahead_s = 0, 0.0
         self._frozen: dict[int, tuple[JointState, int]] = {}
