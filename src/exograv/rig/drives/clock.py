@@ -4,9 +4,10 @@ import time
 
 from exograv.errors import RigError
 
-LOCK_STEP_S = 20.0
+LOCK_STEP_S = 8.0
 """Time-out for an answer of simulated drives in lock-step [s]. A busy computer may halt their process for seconds, and
-in lock-step no time passes meanwhile."""
+in lock-step no time passes meanwhile. After 10 s without a tick the parent kills the guard
+(`live.live_processes.HANGS_S`)."""
 
 ENDED = (
     f"The simulated drives have not answered for {LOCK_STEP_S:g} s: their process has ended, or this computer is too "
