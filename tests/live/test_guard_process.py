@@ -8,7 +8,7 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 
-from exograv.live.guard_job import GIVEN_UP_AFTER, GuardedRig, GuardJob, answer_by_ns
+from exograv.live.guard_job import GIVEN_UP_AFTER, TIME_IS_OVER, GuardedRig, GuardJob, answer_by_ns
 from exograv.live.guard_process import LOST_AFTER, GuardLoop
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
@@ -184,6 +184,29 @@ def test_a_stop_of_a_real_machine_ends_the_run_when_the_arm_is_down_and_is_not_r
     assert ended[-1]
     assert DOWN // 4 < ended.index(True) < 2 * DOWN
     assert table.guard.envelope.stop is StopReason.CONTROL_SILENT
+
+
+def flown_to_the_end(table: Table) -> int:
+    """Fly up to the end of the time of the run, then on until the loop ends; return the number of further ticks."""
+    for _ in range(1000):
+        assert not table.tick(answers=True)
+    for k in range(2 * DOWN):
+        if table.tick(answers=True):
+            return k + 1
+    return 0
+
+
+@pytest.mark.parametrize("table", [False], indirect=True)
+def test_at_the_end_of_the_time_of_a_run_a_real_machine_lets_the_arm_down_and_no_stop_is_counted(table: Table):
+    table.guarding.begin()
+    assert DOWN // 4 < flown_to_the_end(table) < 2 * DOWN
+    assert table.guarding._latches == []
+    assert TIME_IS_OVER in [row["text"].decode() for row in table.guarding._events.take()]
+
+
+def test_a_twin_floats_on_at_the_end_of_the_time_of_a_run(table: Table):
+    assert flown_to_the_end(table) == 0
+    assert table.guard.envelope.stop is None
 
 
 def test_a_control_that_answers_while_the_arm_comes_down_does_not_shorten_the_descent(table: Table):

@@ -16,6 +16,8 @@ from exograv.rig.drives.native import record as machine_record
 from exograv.rig.drives.udp.layout import Type
 from exograv.rig.drives.udp.native import record as udp_record
 from exograv.rig.drives.udp.packets import Packet, decode
+from exograv.runtime.clock.realtime import Rights
+from exograv.runtime.clock.timing import LoopOutcome
 from exograv.runtime.control_loop.exchange import DRIFTED
 from exograv.safety.guard import WINDOW_MS
 from exograv.safety.native import build, core
@@ -226,6 +228,19 @@ def test_a_late_tick_starts_at_once_and_periods_that_are_over_are_skipped():
     assert np.diff(timing.period).max() > 5
     commands = [packet for packet in map(decode, world.sent) if packet.header.kind is Type.COMMAND]
     assert len(commands) <= len(timing.period)
+
+
+@needs_loop
+def test_a_loop_is_complete_when_the_arm_is_down_after_the_end_of_its_time():
+    with flown(calm(TICKS)) as native:
+        loop = native.guarding.loop
+        loop.flies = 200
+        native.library.loop_run(loop)
+        native.guarding.hear()
+        report = native.guarding.report(native.guarding._measured(), Rights())
+    assert report.timing.outcome is LoopOutcome.COMPLETE
+    assert 200 < len(report.timing.period) < 300
+    assert not report.latches
 
 
 @needs_loop

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pytest
 
+from exograv.live.guard_job import TIME_IS_OVER
 from exograv.live.native import library
 from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate
 from exograv.safety.native.library import LIBRARY
+from exograv.safety.stops import StopReason
 
 from .scripted_buses import CanWorld, UdpWorld
 from .scripted_drives import NativeSide, PythonSide, limits_of_person, side
@@ -22,10 +24,10 @@ Words = Mapping[int, object]
 
 
 @contextlib.contextmanager
-def both(script: Script, make: type[World]) -> Iterator[tuple[PythonSide, NativeSide]]:
+def both(script: Script, make: type[World], lasts: int) -> Iterator[tuple[PythonSide, NativeSide]]:
     with (
-        side(script, LIBRARY, make) as native,
-        side(script, LIBRARY, make) as python,
+        side(script, LIBRARY, make, lasts) as native,
+        side(script, LIBRARY, make, lasts) as python,
         pytest.MonkeyPatch.context() as patch,
         contextlib.closing(NativeSide(native)) as in_c,
         contextlib.closing(PythonSide(python, patch)) as in_python,
@@ -55,9 +57,9 @@ def refuse_any_difference(in_python: PythonSide, in_c: NativeSide, period: int) 
     assert str(ours.states.read()) == str(theirs.states.read())
 
 
-def fly_both(script: Script, words: Words, make: type[World]) -> tuple[list[str], list[str], int]:
-    """Fly both loops tick by tick; return the texts of their events, and the number of ticks."""
-    with both(script, make) as (in_python, in_c):
+def fly_both(script: Script, words: Words, make: type[World], lasts: int = 10_000) -> tuple[list[str], list[str], int]:
+    """Fly both loops, whose time is over after `lasts` ticks; return the texts of their events, and the ticks flown."""
+    with both(script, make, lasts) as (in_python, in_c):
         period = 0
         for period in range(len(script.drives)):
             if period in words:
@@ -99,6 +101,21 @@ def test_a_run_without_faults_is_the_same_to_its_end_and_ends_after_stop(make: t
     ours, theirs, ticks = fly_both(calm(TICKS), {200: "stop"}, make)
     assert sorted(ours) == sorted(theirs)
     assert 190 + descent_ticks < ticks < 220 + descent_ticks
+
+
+@pytest.mark.parametrize(("make", "descent_ticks"), [(UdpWorld, 50), (CanWorld, 25)])
+def test_at_the_end_of_its_time_a_run_lets_the_arm_down_which_counts_as_no_stop(make: type[World], descent_ticks: int):
+    ours, theirs, ticks = fly_both(calm(TICKS), {}, make, lasts=200)
+    assert sorted(ours) == sorted(theirs)
+    assert 200 + descent_ticks <= ticks < 220 + descent_ticks
+    assert TIME_IS_OVER in ours
+    assert StopReason.STOP_PRESSED.value not in ours
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_both_loops_agree_at_the_end_of_their_time_whatever_drives_and_control_do(seed: int):
+    ours, theirs, _ = fly_both(wild(TICKS, seed, 0.01), {}, (UdpWorld, CanWorld)[seed % 2], lasts=150)
+    assert sorted(ours) == sorted(theirs)
 
 
 @pytest.mark.parametrize("make", [UdpWorld, CanWorld])

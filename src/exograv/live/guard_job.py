@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from exograv.errors import ExogravError
-from exograv.rig import Rig
+from exograv.rig import Rig, may_be_worn
 from exograv.runtime.clock.realtime import Rights
 from exograv.runtime.clock.timing import PERIOD_NS, Timing
 from exograv.runtime.control_loop.exchange import Channels
@@ -32,6 +32,11 @@ By then the guard has lowered the arm. If it waited in every tick, the loop coul
 up (`runtime.clock.real_time_loop`).
 """
 
+LONGEST_DESCENT_S = 60.0
+"""Time for the guard to let the arm down, after which it is killed [s]: the longest descent that `Limits` may have."""
+
+TIME_IS_OVER = "The time of the run is over: the arm is let down."
+
 
 @dataclass(frozen=True)
 class GuardedRig:
@@ -53,6 +58,8 @@ class GuardJob:
     build: Callable[[], GuardedRig]
     channels: Channels
     periods: int
+    """Periods until the end of the run. A machine that may be worn is let down then, in further periods."""
+
     mode_names: tuple[str, ...]
     notes: Mapping[str, str] = field(default_factory=dict)
     """Notes to record when a mode begins, by the name of the mode."""
@@ -62,6 +69,10 @@ class GuardJob:
 
     is_steered: bool = False
     """True if an operator resets the latch; otherwise a virtual operator resets it."""
+
+    def periods_with_descent(self, rig: Rig) -> int:
+        """Return the largest number of periods: those of the run, and of the descent if the machine may be worn."""
+        return self.periods + (round(1e9 * LONGEST_DESCENT_S / self.period_ns) if may_be_worn(rig) else 0)
 
 
 @dataclass(frozen=True)

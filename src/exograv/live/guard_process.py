@@ -6,6 +6,7 @@ for an answer during a part of the period, never longer. A late or missing answe
 
 import contextlib
 import time
+from dataclasses import replace
 from multiprocessing.connection import Connection
 
 import numpy as np
@@ -19,9 +20,9 @@ from exograv.rig.drives.opening import DrivenRig
 from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, PRIORITY, Rights, realtime
-from exograv.runtime.clock.timing import Timing
+from exograv.runtime.clock.timing import LoopOutcome, Timing
 from exograv.runtime.control_loop.exchange import DRIFTED, UNANSWERED, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import GuardCommands, GuardInbox
+from exograv.runtime.control_loop.guard_commands import ENDS, GuardCommands, GuardInbox
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
 from exograv.safety.guard import ControlRequest, SafeState
@@ -33,6 +34,7 @@ from .guard_job import (
     ASKED_AGAIN_EVERY,
     GIVEN_UP_AFTER,
     LOOK_S,
+    TIME_IS_OVER,
     WAITS_NS,
     GuardedRig,
     GuardJob,
@@ -110,7 +112,7 @@ class GuardLoop:
         self._latches: list[StopLatch] = []
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
-        self._has_begun = self._was_stopped = False
+        self._has_begun = self._was_stopped = self._is_time_over = False
         self._started_t = 0.0
         self._lost, self.failure, self._drift_known = 0, "", 0
         # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.
@@ -131,9 +133,10 @@ class GuardLoop:
         # A twin computes its physics in this process. On a computer with one processor, a higher priority would leave
         # control too little time, and nobody is in a twin.
         with realtime(loop_cpus().guard, GUARD_PRIORITY if self._ends_stopped else PRIORITY) as rights:
-            timing = run_loop(
-                self.tick, self._job.periods, self._job.period_ns, begin=self.begin, is_awaited=self._is_awaited
-            )
+            periods = self._job.periods_with_descent(self.rig)
+            timing = run_loop(self.tick, periods, self._job.period_ns, begin=self.begin, is_awaited=self._is_awaited)
+            if self._is_time_over and timing.outcome is LoopOutcome.ENDED_EARLY:
+                timing = replace(timing, outcome=LoopOutcome.COMPLETE)
             return timing, rights
 
     def begin(self) -> None:
@@ -212,6 +215,9 @@ class GuardLoop:
             self.hearing.reset(now, "The virtual operator has reset the latch.")
         mode = self._known_modes[self._mode] if self._mode >= 0 else None
         self.hearing.listen(period, now, mode, is_answered=answer is not None)
+        if self._ends_stopped and not self.hearing.is_asked_to_end and period + 1 >= self._job.periods:
+            self._is_time_over = True  # a worn machine is let down before its drives are switched off
+            self.hearing.hear(ENDS, now)
         is_over = self.hearing.is_asked_to_end or (self._was_stopped and self._ends_stopped)
         return is_over and self._guard.envelope.descent_is_over
 
@@ -302,7 +308,10 @@ class GuardLoop:
         """Record each stop once, when it begins."""
         was_stopped = self._was_stopped
         self._was_stopped = stop is not None
-        if stop is not None and not was_stopped:
+        if stop is StopReason.STOP_PRESSED and not was_stopped and self._is_time_over:
+            self._note(now, TIME_IS_OVER)
+            self.hearing.latched()
+        elif stop is not None and not was_stopped:
             self._latches.append(StopLatch(stop.value, period, self._passed_s(now)))
             self._events.put(event(now, "stop", stop.value))
             self.hearing.latched()

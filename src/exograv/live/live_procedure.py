@@ -220,7 +220,7 @@ class LiveProcedure:
             period_s: Period of the machine [s].
             progress: Function that shows the progress of run and procedure.
             longest_s: Time of the run after which an unfinished procedure ends, and the arm is let down [s]. The loop
-                of the guard must be longer than that: at its end it switches the drives off.
+                of the guard must be longer than that: at its end the guard lets the arm down without a reason.
         """
         self._longest_s = longest_s
         self._performs, self._prepared, self._shown = performs, prepared, progress

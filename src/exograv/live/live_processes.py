@@ -30,7 +30,7 @@ from exograv.runtime.ros2.bridging import Bridging
 from .arm_worker import LearnedArm, PassesResult
 from .control_supervisor import ControlKeeper
 from .footprint import Footprint, ProcessFootprint
-from .guard_job import GuardedRig, GuardJob, GuardReport
+from .guard_job import LONGEST_DESCENT_S, GuardedRig, GuardJob, GuardReport
 from .guard_process import guard_process
 from .worker_supervisor import WorkerKeeper
 
@@ -42,9 +42,6 @@ HANGS_S, ENABLES_S = 10.0, 60.0
 
 The guard may switch drives on before the first tick, and off after the last one, at the pace of the drives.
 """
-
-LONGEST_DESCENT_S = 60.0
-"""Time for the guard to let the arm down, after which it is killed [s]: the longest descent that `Limits` may have."""
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,7 @@ from .guard_job import (
     ASKED_AGAIN_EVERY,
     GIVEN_UP_AFTER,
     LOOK_S,
+    TIME_IS_OVER,
     GuardedRig,
     GuardJob,
     GuardReport,
@@ -119,7 +120,7 @@ class NativeGuard:
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
         self._guard_states = GuardStates(channels.inlet, made.guard.envelope.record)
         self.drives: Any = bus.record()
-        self._timing = np.full((3, job.periods), -1, dtype=np.int64)
+        self._timing = np.full((3, job.periods_with_descent(made.rig)), -1, dtype=np.int64)
         self._rows = np.zeros(1, state_dtype(joints)), np.zeros(1, answer_dtype(joints)), _first_row(joints)
         self._person_places = PLACES.astype(np.int64)
         self.loop = LiveLoop()
@@ -249,9 +250,12 @@ class NativeGuard:
             if text := self._job.notes.get(name):
                 self._note(what.now, text)
         elif kind is Happening.STOP:
-            reason = REASONS[int(what.value)].value
-            self._latches.append(StopLatch(reason, what.period, at_s))
-            self._events.put(event(what.now, "stop", reason))
+            reason = REASONS[int(what.value)]
+            if self.loop.is_time_over and reason is StopReason.STOP_PRESSED:
+                self._note(what.now, TIME_IS_OVER)
+                return
+            self._latches.append(StopLatch(reason.value, what.period, at_s))
+            self._events.put(event(what.now, "stop", reason.value))
         elif kind is Happening.WORN:
             self._note(what.now, PERSON_KNOWN)
         elif kind is Happening.ALONE:
@@ -286,7 +290,8 @@ class NativeGuard:
         loop.state, loop.answer, loop.row = (rows.ctypes.data for rows in self._rows)
         loop.person_places, loop.person_size = self._person_places.ctypes.data, len(self._person_places)
         self._fill_guard_states()
-        loop.joints, loop.modes, loop.periods = job.channels.joints, len(job.mode_names), job.periods
+        loop.joints, loop.modes = job.channels.joints, len(job.mode_names)
+        loop.flies, loop.periods = job.periods, self._timing.shape[1]
         loop.period_ns, loop.period_s, loop.lead_ns = job.period_ns, self.rig.period_s, LEAD_NS
         loop.answer_by_ns, loop.poll_ns = answer_by_ns(job.period_ns, is_native=True), round(1e9 * LOOK_S)
         loop.given_up_after, loop.asked_again_every = GIVEN_UP_AFTER, ASKED_AGAIN_EVERY

@@ -394,6 +394,10 @@ int64_t loop_tick(live_loop *loop, int64_t period)
     record(loop, period, has_answer, woken);
     keep_guard(loop);
     obey(loop, period);
+    if (loop->ends_stopped && !loop->is_ending && period + 1 >= loop->flies) {
+        loop->is_time_over = 1; /* a worn machine is let down before its drives are switched off */
+        press_stop(loop);
+    }
     const int is_over = loop->is_ending || (loop->was_stopped && loop->ends_stopped);
     return is_over && r[GUARD_SINCE_STOP] >= r[GUARD_DESCENT_S];
 }
@@ -430,5 +434,6 @@ void loop_run(live_loop *loop)
         period = next > period + 1 ? next : period + 1;
         loop->passed = period;
     }
-    loop->outcome = period >= loop->periods ? OUTCOME_COMPLETE : is_last ? OUTCOME_ENDED_EARLY : OUTCOME_NO_REST;
+    const int is_complete = period >= loop->periods || (is_last && loop->is_time_over);
+    loop->outcome = is_complete ? OUTCOME_COMPLETE : is_last ? OUTCOME_ENDED_EARLY : OUTCOME_NO_REST;
 }

@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LIVE_LOOP 2892886337
+#define LAYOUT_OF_LIVE_LOOP 2464987283
 
 #define GUARD_STOP 44
 #define GUARD_SINCE_STOP 45
@@ -193,6 +193,7 @@ typedef struct live_loop {
     int64_t joints;
     int64_t modes;
     int64_t periods;
+    int64_t flies;
     int64_t period_ns;
     int64_t lead_ns;
     int64_t spin_ns;
@@ -220,6 +221,7 @@ typedef struct live_loop {
     int64_t was_stopped;
     int64_t has_latched;
     int64_t is_ending;
+    int64_t is_time_over;
     int64_t acts;
     int64_t persons;
     int64_t unanswered;

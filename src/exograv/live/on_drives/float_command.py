@@ -10,13 +10,14 @@ from pathlib import Path
 
 from exograv.errors import ConfigError, IdentificationError, RigError
 from exograv.identification.core.arm_model import ArmModel
+from exograv.live.guard_job import LONGEST_DESCENT_S
 from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import LiveFigures, live_figures
 from exograv.live.live_flight import fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, person_believed, unknown_person
 from exograv.live.live_moved import LiveMoved
 from exograv.live.live_procedure import LiveFloat, LiveProcedure
-from exograv.live.live_processes import LONGEST_DESCENT_S, LiveResult, Running
+from exograv.live.live_processes import LiveResult, Running
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.live.procedure_orders import OrderMemory, TaughtRows
 from exograv.loop.floating_machine import FloatingMachine
@@ -192,7 +193,7 @@ def fly_on_drives(
         said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
         loop_s = options.loop_s + passes_s
         performed = _performed(procedure, hands, prepared, period_s, progress, ordered, loop_s + BUSY_S)
-        # The guard switches the drives off at the end of its loop: a procedure ends before, by a descent.
+        # A procedure ends before the loop of the guard, so that its error states the reason.
         loop_s += 0.0 if performed is None else BUSY_S + LONGEST_DESCENT_S
         watch = PersonWatch(progress, lambda running: procedure.acts(running, hands), performed)
         with contextlib.nullcontext() if performed is None else performed:
