@@ -14,11 +14,13 @@ import pytest
 from tests.live.on_drives.ended_flight import LEFT
 from tests.live.on_drives.ready_machine import PERIOD_MS, ReadyMachine
 
+from exograv.live.guard_job import TIME_IS_OVER
 from exograv.model.description import RigDescription, load_rig
 from exograv.motion import Passage
 from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, ShapedPath
 from exograv.procedures.rehabilitation.guided.taught_path import make_taught_path, write_taught
 from exograv.recording import read_recording
+from exograv.runtime.clock.timing import LoopOutcome
 from exograv.safety.guard import SafeState
 from exograv.safety.stops import StopReason
 
@@ -85,3 +87,17 @@ def test_a_procedure_that_is_ended_lets_the_arm_down_and_says_why(procedure: str
     q = ticks["q_measured"][stopped:]
     q = q[np.isfinite(q).all(axis=1)]
     assert np.abs(q[step:] - q[:-step]).max() / WINDOW_S < SOFT_RAD_S
+
+
+def test_at_the_end_of_its_time_a_run_lets_the_floating_arm_down_counts_no_stop_and_replays_exactly(tmp_path: Path):
+    machine = ReadyMachine.made(tmp_path, "recupera_like")
+    found = machine.flown("run", "live", "recupera_like", "--identify", "10", "--seconds", "3")
+    assert (found["latches"], found["outcome"]) == ([], LoopOutcome.COMPLETE.value)
+    recording = read_recording(tmp_path / found["recording"])
+    assert TIME_IS_OVER in [one["text"] for one in recording.messages("/event")]
+    lowered = recording.ticks[recording.ticks["safe_state"] == SafeState.DESCENT + 1]
+    assert len(lowered) > 1000 / PERIOD_MS
+    apart = round(1000 * WINDOW_S / PERIOD_MS)
+    q = lowered["q_measured"]
+    assert np.abs(q[apart:] - q[:-apart]).max() / WINDOW_S < SOFT_RAD_S
+    assert "to the last bit" in machine.replayed(recording.path)
