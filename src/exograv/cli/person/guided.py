@@ -1,5 +1,7 @@
 """Commands `exograv run teach`, `exograv run repeat` and `exograv run mirror`: guided motion of an arm."""
 
+import contextlib
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,12 +12,13 @@ from exograv.next_command import same_machine
 from exograv.procedures.rehabilitation.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from exograv.laboratory.guided.guided_command import GuidedResult, RepeatedFigures, TaughtFigures
     from exograv.laboratory.guided.mirror_command import FollowedFigures
+    from exograv.live.on_drives.connection import Say
     from exograv.live.on_drives.guided import RepeatedOnDrives, TaughtOnDrives
     from exograv.live.on_drives.mirror import MirrorOnDrives
+    from exograv.loop.pilot import Progress
+    from exograv.procedures.identification.simulated_wearer import SimulatedWearer
     from exograv.procedures.rehabilitation.guided.floating_arm import GuardRecord
     from exograv.procedures.rehabilitation.guided.mirror_following import Following
 
@@ -64,16 +67,12 @@ def run_teach_command(
 def _teach_on_drives(
     options: GuidedOptions, path: Path, code: str, person: PersonForm, folder: Path
 ) -> "TaughtOnDrives":
-    from exograv.api.rig_factory import simulated_wearer
-    from exograv.cli.shell.motion_note import say_motion
-    from exograv.cli.shell.terminal import bars, say, say_unbroken
+    from exograv.cli.shell.terminal import say_unbroken
     from exograv.live.on_drives.guided import run_teach_on_drives
 
-    refuse_unwritable(folder / "teach.mcap", "--out")  # Checked now, not after minutes of preparation.
-    say_motion(options.rig)
-    with bars() as progress:
-        result = run_teach_on_drives(options, path, code, person, folder, progress, say, simulated_wearer(options))
-    say_unbroken(f"Recording: {result.recording}")
+    with _on_drives(options, folder / "teach.mcap") as (progress, say, wearer):
+        result = run_teach_on_drives(options, path, code, person, folder, progress, say, wearer)
+    say_unbroken(f"Recording: {result.flight.recording}")
     return result
 
 
@@ -108,19 +107,15 @@ def run_repeat_command(
 def _repeat_on_drives(
     options: RepeatOptions, path: Path, code: str | None, person: PersonForm, folder: Path
 ) -> "RepeatedOnDrives":
-    from exograv.api.rig_factory import simulated_wearer
-    from exograv.cli.shell.motion_note import say_motion
-    from exograv.cli.shell.terminal import bars, say, say_unbroken
+    from exograv.cli.shell.terminal import say_unbroken
     from exograv.live.on_drives.guided import run_repeat_on_drives
 
-    refuse_unwritable(folder / "repeat.mcap", "--out")  # Checked now, not after minutes of preparation.
-    say_motion(options.rig)
-    with bars() as progress:
-        result = run_repeat_on_drives(options, path, code, person, folder, progress, say, simulated_wearer(options))
+    with _on_drives(options, folder / "repeat.mcap") as (progress, say, wearer):
+        result = run_repeat_on_drives(options, path, code, person, folder, progress, say, wearer)
     done = result.session
     print(f"{done.outcome.value} Complete repetitions: {done.repetitions} of {options.repetitions}.")
     _say_tracked(done.tracking_rms_deg, done.pull_max_Nm)
-    say_unbroken(f"Recording: {result.recording}")
+    say_unbroken(f"Recording: {result.flight.recording}")
     return result
 
 
@@ -143,20 +138,29 @@ def run_mirror_command(
 
 
 def _mirror_on_drives(options: MirrorOptions, person: PersonForm, folder: Path) -> "MirrorOnDrives":
-    from exograv.api.rig_factory import simulated_wearer
-    from exograv.cli.shell.motion_note import say_motion
-    from exograv.cli.shell.terminal import bars, say, say_unbroken
+    from exograv.cli.shell.terminal import say_unbroken
     from exograv.live.on_drives.mirror import run_mirror_on_drives
 
-    refuse_unwritable(folder / "mirror.mcap", "--out")  # Checked now, not after minutes of preparation.
-    say_motion(options.rig)
-    with bars() as progress:
-        result = run_mirror_on_drives(options, person, folder, progress, say, simulated_wearer(options))
+    with _on_drives(options, folder / "mirror.mcap") as (progress, say, wearer):
+        result = run_mirror_on_drives(options, person, folder, progress, say, wearer)
     print(result.session.outcome.value)
     _say_late(result.following)
     _say_tracked(result.following.tracking_rms_deg, result.session.pull_max_Nm)
-    say_unbroken(f"Recording: {result.recording}")
+    say_unbroken(f"Recording: {result.flight.recording}")
     return result
+
+
+@contextlib.contextmanager
+def _on_drives(options: GuidedOptions, recording: Path) -> "Iterator[tuple[Progress, Say, SimulatedWearer | None]]":
+    """Yield progress, the function that speaks to the operator, and the simulated wearer of a session on drives."""
+    from exograv.api.rig_factory import simulated_wearer
+    from exograv.cli.shell.motion_note import say_motion
+    from exograv.cli.shell.terminal import bars, say
+
+    refuse_unwritable(recording, "--out")  # Checked now, not after minutes of preparation.
+    say_motion(options.rig)
+    with bars() as progress:
+        yield progress, say, simulated_wearer(options)
 
 
 def _say_late(following: "Following") -> None:
@@ -166,13 +170,13 @@ def _say_late(following: "Following") -> None:
         )
 
 
-def say_followed(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]", guard: "GuardRecord") -> None:
+def say_followed(rms_deg: Iterable[float], pull_max_Nm: Iterable[float], guard: "GuardRecord") -> None:
     """Print the tracking error of the arm, the largest guiding torque, and the ticks that the guard limited."""
     _say_tracked(rms_deg, pull_max_Nm)
     print(f"The guard limited {guard.limited_ticks} of {guard.ticks} ticks.")
 
 
-def _say_tracked(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]") -> None:
+def _say_tracked(rms_deg: Iterable[float], pull_max_Nm: Iterable[float]) -> None:
     worst = max(rms_deg, default=None)
     tracked = "No path was followed" if worst is None else f"Tracking error {worst:.1f}° RMS at the worst joint"
     print(f"{tracked}; guiding torque at most {max(pull_max_Nm):.1f} N·m.")

@@ -24,7 +24,7 @@ from exograv.procedures.rehabilitation.guided.teach import STILL_S, StillAfterMo
 from exograv.results import MERGED, json_value
 
 from .connection import Say
-from .float_command import Procedure, fly_on_drives
+from .float_command import FlownOnDrives, Procedure, fly_on_drives
 from .support_level import live_options
 
 AROUND_S = 30.0
@@ -45,16 +45,28 @@ ASKED = "Press Enter to release the arm; a person who holds against the guidance
 
 
 @dataclass(frozen=True)
-class RepeatedOnDrives:
-    """Result of `exograv run repeat` on drives."""
+class GuidedFlight:
+    """Machine, recording, and figures of the live run of a guided session on drives."""
 
-    session: RepeatFigures = field(metadata=MERGED)
-    path: Path
     rig: str
     joints: tuple[str, ...]
     is_simulated: bool
     recording: Path
     live: LiveFigures
+
+    @classmethod
+    def of(cls, description: RigDescription, run: FlownOnDrives, is_simulated: bool) -> "GuidedFlight":
+        """Return what the result of a session states about its run."""
+        return cls(description.name, description.joints, is_simulated, run.flown.path, run.figures)
+
+
+@dataclass(frozen=True)
+class RepeatedOnDrives:
+    """Result of `exograv run repeat` on drives."""
+
+    session: RepeatFigures = field(metadata=MERGED)
+    path: Path
+    flight: GuidedFlight = field(metadata=MERGED)
 
 
 def run_repeat_on_drives(
@@ -92,9 +104,7 @@ def run_repeat_on_drives(
     live = live_options(options, options.identify_s, AROUND_S + options.repetitions * each_s)
     procedure = Procedure("run repeat", recording_name="repeat.mcap", moves=move, taught=rows)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
-    return RepeatedOnDrives(
-        done[-1], path, description.name, description.joints, options.simulate, run.flown.path, run.figures
-    )
+    return RepeatedOnDrives(done[-1], path, GuidedFlight.of(description, run, options.simulate))
 
 
 @dataclass(frozen=True)
@@ -106,11 +116,7 @@ class TaughtOnDrives:
     stretched: float
     """Ratio of the path's duration to that of the therapist's motion [-]."""
     hash: str
-    rig: str
-    joints: tuple[str, ...]
-    is_simulated: bool
-    recording: Path
-    live: LiveFigures
+    flight: GuidedFlight = field(metadata=MERGED)
 
 
 def run_teach_on_drives(
@@ -152,10 +158,8 @@ def run_teach_on_drives(
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
     whole = done[-1]
     write_taught(path, whole)
-    return TaughtOnDrives(
-        path, _seconds(whole), round(whole.stretched, 3), whole.content_sha256, description.name, description.joints,
-        options.simulate, run.flown.path, run.figures
-    )  # fmt: skip
+    flight = GuidedFlight.of(description, run, options.simulate)
+    return TaughtOnDrives(path, _seconds(whole), round(whole.stretched, 3), whole.content_sha256, flight)
 
 
 def _seconds(whole: TaughtPath) -> float:

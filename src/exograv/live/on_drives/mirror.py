@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.live.live_figures import LiveFigures
 from exograv.live.live_guided import LiveGuided
 from exograv.live.live_moved import LiveMoved
 from exograv.live.options import PersonForm
@@ -24,7 +23,7 @@ from exograv.results import MERGED, json_value
 
 from .connection import Say
 from .float_command import Procedure, fly_on_drives
-from .guided import AROUND_S, released
+from .guided import AROUND_S, GuidedFlight, released
 from .support_level import live_options
 
 LEAD = "Move the {} arm now; the other arm follows its mirror image."
@@ -39,11 +38,7 @@ class MirrorOnDrives:
     following: Following = field(metadata=MERGED)
     """Distance of the arms by the encoders of the machine."""
     lead: ArmSide
-    rig: str
-    joints: tuple[str, ...]
-    is_simulated: bool
-    recording: Path
-    live: LiveFigures
+    flight: GuidedFlight = field(metadata=MERGED)
 
 
 def run_mirror_on_drives(
@@ -96,7 +91,4 @@ def run_mirror_on_drives(
     live = live_options(options, options.identify_s, AROUND_S + options.seconds)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
     session, following = done[-1]
-    return MirrorOnDrives(
-        session, following, options.lead, description.name, description.joints, options.simulate, run.flown.path,
-        run.figures,
-    )  # fmt: skip
+    return MirrorOnDrives(session, following, options.lead, GuidedFlight.of(description, run, options.simulate))
