@@ -22,7 +22,7 @@ from .guided_command import GuidedResult, Preparing, floating_twin, guided_resul
 from .therapist_and_wearer import Holding, Therapist, drawn_movement, of_joints
 
 HOLDS_AFTER_S = 5.0
-"""Time after that at which a person who overrules holds the following arm [s]."""
+"""Time from the first motion of the leading arm until a person who overrules holds the following arm [s]."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,9 @@ CARRIED_SHARE = TORQUE_SHARE
 """Share of the motors' largest torque for links, friction and a known weight, as for a designed motion [-]. Motors that
 give more during a sweep become hot, and their drives then give less."""
 
+LEAST_KG = 0.1
+"""Known weight below which no advice for a lighter one is given [kg]."""
+
 VERTICAL = 0.02
 """Sine of the angle to the vertical below which an axis counts as vertical [-]."""
 
@@ -119,10 +122,6 @@ def refuse_heavy_weights(description: RigDescription, tree: Tree) -> None:
     told = weights_not_carried(description, tree)
     if told:
         raise ConfigError(" ".join(told))
-
-
-LEAST_KG = 0.1
-"""Known weight below which no advice for a lighter one is given [kg]."""
 
 
 def _lighter(kg: float) -> list[float]:
