@@ -6,6 +6,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from tests.shoulder_path import FURTHER_PATH
 
 from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
@@ -13,7 +14,7 @@ from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, arm_load
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
-from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions, shift_axis
+from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions
 from exograv.model.personal import with_hinges
 from exograv.model.rig_settings import ArmSide
 from exograv.model.support import assemble, refuse_unsupported
@@ -37,7 +38,7 @@ AXES = {
 }
 """Orders of the machine's shoulder axes; the order of the arm's axes stays."""
 
-OFFSET = np.array([0.015, -0.01, 0.008, 0.006, 0.004, 0.0, 0.0, 0.12, 0.08, 0.007, 0.005])
+OFFSET = np.array([0.015, -0.01, 0.008, 0.006, 0.004, 0.0, 0.0, 0.12, 0.08, 0.007, 0.005, *FURTHER_PATH])
 
 RIGS = {kind: "recupera_like_7" if len(cuffs) == 3 else "recupera_like" for kind, cuffs in CUFFS.items()}
 
@@ -67,9 +68,8 @@ def compiled(assembly: Assembly) -> kernel.Kernel:
 
 def joints_function(assembly: Assembly) -> ca.Function:
     """Joint positions of the arm's tree with unit axes, by its freedoms, and their derivative."""
-    z, fit, limb = ca.SX.sym("z", assembly.n_freedoms), ca.SX(ca.DM(OFFSET)), assembly.arm.limbs[0]
-    x = arm_positions(assembly.arm, z, fit)
-    x[limb.shift] *= ca.norm_2(shift_axis(assembly.arm, limb, fit))
+    z = ca.SX.sym("z", assembly.n_freedoms)
+    x = arm_positions(assembly.arm, z, ca.SX(ca.DM(OFFSET)))
     return ca.Function("joints", [z], [x, ca.jacobian(x, z)])
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.shoulder_path import FURTHER_PATH
 
 from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
@@ -32,7 +33,7 @@ def model(assembly) -> ArmModel:
 def likely_parameters(assembly) -> np.ndarray:
     x = parameters.table_parameters(assembly.arm, np.full(4, 0.2), np.full(4, 2.0), np.full(4, 1.0))
     x[LAYOUT.stiffness], x[LAYOUT.spring_offset], x[LAYOUT.damping] = 1.5, 0.8, 0.4
-    x[LAYOUT.fit] = [0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006]
+    x[LAYOUT.fit] = [0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006, *FURTHER_PATH]
     return x
 
 

@@ -108,8 +108,9 @@ def test_the_regressor_is_pinocchios_column_by_column(assembly, make_pinocchio):
 def test_torques_of_two_sets_of_bodies_add(assembly):
     tree = assembly.arm.tree
     function = compiled(tree)
-    one, other = physical_bodies(6, 4), physical_bodies(6, 5)
-    for q, v, a in states(6, 6):
+    n = len(tree.joints)
+    one, other = physical_bodies(n, 4), physical_bodies(n, 5)
+    for q, v, a in states(n, 6):
         together = function.of(q, v, a, (one + other).T)[0]
         apart = function.of(q, v, a, one.T)[0] + function.of(q, v, a, other.T)[0]
         np.testing.assert_allclose(together, apart, atol=TOLERANCE)

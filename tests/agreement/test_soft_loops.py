@@ -7,6 +7,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
+from tests.shoulder_path import FURTHER_PATH
 
 from exograv import kernel
 from exograv.control.tick import Tick
@@ -20,7 +21,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.arm import build_arm
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, load_rig
-from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions, shift_axis
+from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions
 from exograv.model.personal import with_hinges
 from exograv.model.support import assemble
 from exograv.rig.twin import Disturbances, Examiner, Wearer, draw_machine, draw_wearer, parameter_truth, rms
@@ -28,7 +29,7 @@ from exograv.signals import Reference
 
 ENERGY_TOLERANCE = 1e-8  # N·m: six-point differences of energies of about 30 J, rounded to 1e-14 of that
 STEP = 4e-3  # rad: step of those differences
-FIT_OF_WEARER = np.array([0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006])
+FIT_OF_WEARER = np.array([0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006, *FURTHER_PATH])
 
 SETTLING = 25  # steps; the sag of a softly held arm converges by a factor of ten per step
 
@@ -77,10 +78,7 @@ class Energies:
 def _arm_joints() -> ca.Function:
     z, fit = ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
     arm = build_arm(Body(1.75, 75.0, "male"), "right")
-    x, shift = arm_positions(arm, z, fit), arm.limbs[0].shift
-    # The axes of Pinocchio's joints are unit vectors.
-    x[shift] *= ca.norm_2(shift_axis(arm, arm.limbs[0], fit))
-    return ca.Function("arm_joints", [z, fit], [x])
+    return ca.Function("arm_joints", [z, fit], [arm_positions(arm, z, fit)])
 
 
 ARM_JOINTS = _arm_joints()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.shoulder_path import FURTHER_PATH
 
 from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
@@ -34,5 +35,5 @@ def wearer(assembly) -> np.ndarray:
     x = parameters.table_parameters(assembly.arm, np.full(4, 0.2), np.full(4, 2.0), np.full(4, 1.0))
     layout = parameters.ParameterLayout.of(assembly)
     x[layout.stiffness], x[layout.spring_offset], x[layout.damping] = 1.5, 0.8, 0.4
-    x[layout.fit] = [0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.005, -0.004]
+    x[layout.fit] = [0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.005, -0.004, *FURTHER_PATH]
     return x

@@ -30,7 +30,7 @@ def restless(tick: Tick, wearer) -> np.ndarray:
     """Parameters as identified from a wearer who did not relax: the fit explained muscles by springs and soft cuffs."""
     x, layout = wearer.copy(), parameters.ParameterLayout.of(tick.assembly)
     x[layout.stiffness], x[layout.spring_offset] = [2.9, 2.55, 3.0, 1.2], [2.3, 1.9, -1.2, 2.0]
-    x[layout.fit] = [-0.022, -0.019, -0.009, 0.021, -0.0065, 0.047, -0.57, *[0.0] * 4]
+    x[layout.fit] = [-0.022, -0.019, -0.009, 0.021, -0.0065, 0.047, -0.57, *[0.0] * 16]
     return x
 
 

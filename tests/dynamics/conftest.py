@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.shoulder_path import FURTHER_PATH
 
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -16,4 +17,4 @@ def assembly() -> Assembly:
 
 @pytest.fixture(scope="session")
 def fit() -> np.ndarray:
-    return np.array([0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006])
+    return np.array([0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006, *FURTHER_PATH])

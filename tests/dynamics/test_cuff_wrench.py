@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from tests.shoulder_path import FURTHER_PATH
 
 from exograv.dynamics.cuff_wrench import cuff_torque
 from exograv.model.anthropometry import Body
@@ -11,7 +12,7 @@ from exograv.model.kinematics import body_poses
 from exograv.model.loops import arm_poses, cuff_pairs
 from exograv.model.support import assemble
 
-FIT_OF_WEARER = [0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006]
+FIT_OF_WEARER = [0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006, *FURTHER_PATH]
 STEP = 1e-6  # rad
 TOLERANCE = 1e-6  # N·m, for torques of some tens of N·m
 

@@ -10,11 +10,10 @@ from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_load, exo_torque, static_load
 from exograv.model.anthropometry import Body
-from exograv.model.arm import Arm, held_weight
+from exograv.model.arm import held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
-from exograv.model.kinematics import Hinges
-from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions
+from exograv.model.loops import FIT, LoopSolver
 from exograv.model.support import assemble
 from exograv.options import Side
 
@@ -153,39 +152,6 @@ def torque_and_derivatives(assembly: Assembly) -> ca.Function:
     closed = closure(cuffs, y, stepped, fit, static_load(assembly, arm, stepped, GRAVITY))
     torque = closed.G.T @ arm_load(assembly, arm, cuffs, closed, (y, v, a), GRAVITY) + closed.strain
     return ca.Function("derived", [y, z, fit, v, a], [closed.z, torque, ca.jacobian(torque, ca.vertcat(y, fit))])
-
-
-def test_a_path_without_forward_and_outward_parts_needs_the_torque_of_a_shift_along_the_trees_axis(
-    assembly, fit, monkeypatch: pytest.MonkeyPatch
-):
-    across = [FIT.index("glenohumeral_forward"), FIT.index("glenohumeral_outward")]
-    common = np.setdiff1d(np.arange(4 + len(FIT)), 4 + np.array(across))
-    fit, limb = fit.copy(), assembly.arm.limbs[0]
-    fit[across] = 0.0
-    solver, times = LoopSolver(assembly), (0.1, 0.4, 1.3)
-    # A step from the solution of another posture may diverge; its rounding errors then have any size.
-    solved = [solver.solve(motion(t)[0], fit=fit)[0] for t in times]
-    with_path = torque_and_derivatives(assembly)
-
-    def along_the_tree(arm: Arm, z: ca.SX, fit: ca.SX) -> ca.SX:
-        positions = arm_positions(arm, z, fit)
-        positions[limb.shift] *= fit[FIT.index("glenohumeral_slope")]
-        return positions
-
-    def elbow_alone(assembly: Assembly, fit: ca.SX) -> Hinges:
-        return {limb.elbow: arm_hinges(assembly, fit)[limb.elbow]}
-
-    for module in ("model.loops", "dynamics.loop_torque", "dynamics.cuff_energy"):
-        monkeypatch.setattr(f"exograv.{module}.arm_positions", along_the_tree)
-        monkeypatch.setattr(f"exograv.{module}.arm_hinges", elbow_alone)
-    along = torque_and_derivatives(assembly)
-    for t, z in zip(times, solved, strict=True):
-        y, v, a = motion(t)
-        mine, expected = (function(y, z, fit, v, a) for function in (with_path, along))
-        for one, other in zip(mine[:2], expected[:2], strict=True):
-            np.testing.assert_allclose(np.array(one), np.array(other), rtol=SAME_SUMS, atol=SAME_SUMS)
-        mine, expected = (np.array(outputs[2])[:, common] for outputs in (mine, expected))
-        np.testing.assert_allclose(mine, expected, rtol=SAME_SUMS, atol=SAME_SUMS)
 
 
 def test_left_and_right_cost_the_same(fit):

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 import pytest
+from tests.shoulder_path import FURTHER_PATH
 
 from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
@@ -21,7 +22,7 @@ from exograv.spatial import Transform
 STEP = 1e-3  # rad, of fourth-order differences
 TOLERANCE = 1e-8  # N·m: of energies of 30 J
 PARITY = 1e-10  # N·m: the same sums in another order
-OFFSETS = np.array([0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006])
+OFFSETS = np.array([0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006, *FURTHER_PATH])
 FOUR_JOINTS = "recupera_like"
 
 

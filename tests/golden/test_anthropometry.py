@@ -51,11 +51,14 @@ def test_a_row_says_the_same_body_as_that_of_other_end_points(sex: Sex, segment:
 
 def level_torque(phi: np.ndarray) -> dict[str, float]:
     """Torque that holds the straight arm horizontal [N·m]."""
-    tree = build_arm(MEAN_MAN, "right").tree
-    x = ca.SX([0.0, np.pi / 2, 0.0, 0.0, 0.0, 0.0])
-    bodies = ca.SX(ca.DM.zeros(10, 6))
-    bodies[:, 3], bodies[:, 5] = ca.SX(ca.DM(phi[:10])), ca.SX(ca.DM(phi[10:]))
-    tau = rnea(tree, x, ca.SX.zeros(6), ca.SX.zeros(6), bodies, ca.SX(ca.DM(GRAVITY)))
+    arm = build_arm(MEAN_MAN, "right")
+    tree, n = arm.tree, len(arm.tree.joints)
+    x = ca.SX.zeros(n)
+    x[tree.index("arm_flexion")] = np.pi / 2
+    bodies = ca.SX(ca.DM.zeros(10, n))
+    for i, body in enumerate(arm.bodies):
+        bodies[:, body] = ca.SX(ca.DM(phi[10 * i : 10 * (i + 1)]))
+    tau = rnea(tree, x, 0 * x, 0 * x, bodies, ca.SX(ca.DM(GRAVITY)))
     return dict(zip(tree.joint_names, np.array(ca.evalf(tau)).ravel(), strict=True))
 
 

@@ -31,7 +31,7 @@ def whole_arm(*sides: ArmSide) -> Arm:
 
 
 def torque(arm: Arm, x: np.ndarray, v: np.ndarray, a: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    bodies = ca.SX(ca.DM.zeros(10, 6))
+    bodies = ca.SX(ca.DM.zeros(10, len(arm.tree.joints)))
     for i, body in enumerate(arm.bodies):
         bodies[:, body] = ca.SX(ca.DM(phi[10 * i : 10 * (i + 1)]))
     x_, v_, a_, gravity = (ca.SX(ca.DM(u)) for u in (x, v, a, GRAVITY))
@@ -45,6 +45,8 @@ def torque(arm: Arm, x: np.ndarray, v: np.ndarray, a: np.ndarray, phi: np.ndarra
         ("arm_flexion", 1, 0, 1),
         ("arm_abduction", 0, 1, 1),
         ("arm_shift", 0, -1, 1),
+        ("arm_shift_forward", 1, 0, 0),
+        ("arm_shift_outward", 0, 1, 1),
         ("arm_lengthening", 0, 0, -1),
     ],
 )
@@ -53,9 +55,9 @@ def test_a_positive_joint_moves_the_hand_where_its_name_says(
     side: ArmSide, joint: str, forward: int, outward: int, up: int
 ):
     arm = build_arm(PERSON, side)
-    x = np.zeros(6)
+    x = np.zeros(len(arm.tree.joints))
     x[arm.tree.index(joint)] = 0.1
-    moved = point(arm, x, "hand") - point(arm, np.zeros(6), "hand")
+    moved = point(arm, x, "hand") - point(arm, 0 * x, "hand")
     away = -1.0 if side == "right" else 1.0
     np.testing.assert_array_equal(np.sign(moved.round(9)), [forward, away * outward, up])
 
@@ -63,8 +65,11 @@ def test_a_positive_joint_moves_the_hand_where_its_name_says(
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_inward_rotation_turns_the_forearm_to_the_other_side(side: ArmSide):
     arm = build_arm(PERSON, side)
-    bent = np.array([0.0, 0.0, 0.0, 0.3, 0.0, np.pi / 2])
-    moved = point(arm, bent, "hand") - point(arm, np.array([0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2]), "hand")
+    bent = np.zeros(len(arm.tree.joints))
+    bent[arm.tree.index("arm_elbow")] = np.pi / 2
+    turned = bent.copy()
+    turned[arm.tree.index("arm_rotation")] = 0.3
+    moved = point(arm, turned, "hand") - point(arm, bent, "hand")
     assert np.sign(moved[1]) == (1.0 if side == "right" else -1.0)
 
 
@@ -74,16 +79,16 @@ def test_the_mirrored_arm_costs_the_same_torque(seed: int):
     generator = np.random.default_rng(seed)
     right, left = (build_arm(PERSON, side) for side in ("right", "left"))
     phi = right.phi + np.sqrt(np.diag(right.phi_covariance)) * generator.normal(size=20)
-    x, v, a = generator.uniform(-1.0, 1.0, (3, 6))
+    x, v, a = generator.uniform(-1.0, 1.0, (3, len(right.tree.joints)))
     np.testing.assert_allclose(torque(right, x, v, a, phi), torque(left, x, v, a, MIRRORED_PHI * phi), atol=PARITY)
 
 
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=20)
 def test_the_mirrored_arm_is_in_the_mirrored_place(seed: int):
-    x = np.random.default_rng(seed).uniform(-1.0, 1.0, 6)
-    right, left = (point(build_arm(PERSON, side), x, "finger_tip") for side in ("right", "left"))
-    np.testing.assert_allclose(left, MIRROR @ right, atol=PARITY)
+    right, left = (build_arm(PERSON, side) for side in ("right", "left"))
+    x = np.random.default_rng(seed).uniform(-1.0, 1.0, len(right.tree.joints))
+    np.testing.assert_allclose(point(left, x, "finger_tip"), MIRROR @ point(right, x, "finger_tip"), atol=PARITY)
 
 
 @given(seed=st.integers(0, 10_000), z=st.floats(-0.5, 0.5), further=st.floats(-0.5, 0.5))
@@ -112,7 +117,7 @@ def test_upper_arm_and_forearm_are_independent_before_anything_is_measured():
 
 def test_a_weight_is_held_between_wrist_and_finger_tip():
     arm = build_arm(PERSON, "right")
-    straight = np.zeros(6)
+    straight = np.zeros(len(arm.tree.joints))
     hand, wrist, tip = (point(arm, straight, name)[2] for name in ("hand", "wrist", "finger_tip"))
     assert tip < hand < wrist
     assert wrist - hand == pytest.approx(GRIP_SHARE_OF_HAND * arm.lengths["hand"])
@@ -130,16 +135,16 @@ def test_a_held_weight_adds_to_the_forearm_alone():
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_the_wrist_bends_towards_the_palm_and_the_thumb(side: ArmSide, freedom: str, forward: int, inward: int):
     arm = whole_arm(side)
-    x = np.zeros(9)
+    x = np.zeros(len(arm.tree.joints))
     x[arm.limbs[0].joints[arm.freedoms.index(freedom)]] = 0.1
-    moved = (point(arm, x, "finger_tip") - point(arm, np.zeros(9), "finger_tip"))[:2]
+    moved = (point(arm, x, "finger_tip") - point(arm, 0 * x, "finger_tip"))[:2]
     np.testing.assert_array_equal(np.sign(moved.round(9)), [forward, inward if side == "right" else -inward])
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_pronation_turns_the_thumb_inwards(side: ArmSide):
     arm = whole_arm(side)
-    limb, x = arm.limbs[0], np.zeros(9)
+    limb, x = arm.limbs[0], np.zeros(len(arm.tree.joints))
     x[limb.joints[arm.freedoms.index("forearm_roll")]] = 0.3
     thumb = np.array(ca.evalf(body_poses(arm.tree, ca.SX(ca.DM(x)))[limb.bodies["hand"]].R))[:, 0]
     assert np.sign(thumb[1]) == (1.0 if side == "right" else -1.0)
@@ -147,8 +152,9 @@ def test_pronation_turns_the_thumb_inwards(side: ArmSide):
 
 def test_a_whole_arm_with_a_straight_hand_is_the_arm_of_two_bodies():
     whole, two = whole_arm("right"), build_arm(PERSON, "right")
+    straight, shorter = (np.zeros(len(arm.tree.joints)) for arm in (whole, two))
     for frame in two.tree.frames:
-        np.testing.assert_allclose(point(whole, np.zeros(9), frame), point(two, np.zeros(6), frame), atol=PARITY)
+        np.testing.assert_allclose(point(whole, straight, frame), point(two, shorter, frame), atol=PARITY)
     move = translation_of_parameters(-two.lengths["forearm"])
     np.testing.assert_allclose(whole.phi[10:20] + move @ whole.phi[20:], two.phi[10:], atol=PARITY)
 
@@ -161,10 +167,10 @@ def test_an_arm_that_is_moved_less_far_is_a_whole_arm_whose_other_joints_are_str
     part, whole = build_arm(PERSON, side, kind=kind), whole_arm(side)
     assert part.freedoms == whole.freedoms[:freedoms]
     assert len(part.segments) == bodies
-    x = np.zeros(9)
-    x[: freedoms + 2] = np.random.default_rng(1).uniform(-0.5, 0.5, freedoms + 2)
+    n, x = len(part.tree.joints), np.zeros(len(whole.tree.joints))
+    x[:n] = np.random.default_rng(1).uniform(-0.5, 0.5, n)
     for frame in ("hand", "mid_forearm", "finger_tip"):
-        np.testing.assert_allclose(point(part, x[: freedoms + 2], frame), point(whole, x, frame), atol=PARITY)
+        np.testing.assert_allclose(point(part, x[:n], frame), point(whole, x, frame), atol=PARITY)
     assert part.phi[::10].sum() == pytest.approx(whole.phi[::10].sum())
     outermost = held_weight(part, 2.0)[10 * (bodies - 1)]
     assert outermost == 2.0
@@ -172,8 +178,8 @@ def test_an_arm_that_is_moved_less_far_is_a_whole_arm_whose_other_joints_are_str
 
 def test_two_arms_that_roll_their_forearms_stand_behind_each_other_in_one_tree():
     both = build_arm(PERSON, "right", "left", kind="forearm")
-    assert both.limb("left").joints == [8, 9, 10, 12, 13]
-    assert both.bodies == (3, 6, 10, 13)
+    assert both.limb("left").joints == [12, 13, 14, 16, 17]
+    assert both.bodies == (5, 8, 14, 17)
 
 
 def test_two_arms_are_one_tree_with_two_roots_and_names_that_tell_the_sides():
@@ -181,8 +187,8 @@ def test_two_arms_are_one_tree_with_two_roots_and_names_that_tell_the_sides():
     assert [joint.parent for joint in both.tree.joints].count(-1) == 2
     assert both.freedoms[0] == "right_flexion"
     assert both.freedoms[4] == "left_flexion"
-    assert len(set(both.tree.joint_names)) == 12
-    assert both.limb("left").joints == [7, 8, 9, 11]
+    assert len(set(both.tree.joint_names)) == 16
+    assert both.limb("left").joints == [11, 12, 13, 15]
     np.testing.assert_array_equal(both.phi[:20], build_arm(PERSON, "left").phi)
 
 

@@ -11,13 +11,16 @@ from jaxtyping import Float
 
 from exograv.model.arm import Arm
 from exograv.model.assembly import Assembly
-from exograv.model.loops import FIT, fit_names
+from exograv.model.loops import FIT, PATH_ENTRIES, fit_names
 
 Parameters = Float[np.ndarray, " parameter"]
 Joints = Float[np.ndarray, " joint"]
 
 PHI_NAMES = ("mass", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
-FIT_UNITS = ("m", "m", "m", "m/rad", "m", "-", "-", "-", "-", "m/rad", "m/rad")
+FIT_UNITS = (
+    *("m", "m", "m", "m/rad", "m", "-", "-", "-", "-", "m/rad", "m/rad"),
+    *("m" for _ in range(PATH_ENTRIES.start, PATH_ENTRIES.stop)),
+)
 PHI_UNITS = ("kg", "kg·m", "kg·m", "kg·m", *["kg·m²"] * 6)
 
 

@@ -17,7 +17,7 @@ def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX, h
         a: Joint accelerations (joint,).
         phi: Inertial parameters (10, body); the result is linear in them.
         gravity: Gravity vector (3,) in the base frame [m/s²]; (0, 0, −9.81) if z is up.
-        hinges: Oblique hinges and slides of the tree.
+        hinges: Oblique hinges of the tree.
 
     Returns:
         Force along each joint axis that the motors must give [N·m or N].

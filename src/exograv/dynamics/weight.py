@@ -25,7 +25,7 @@ def weight(
         poses: Poses of its bodies in the frame of `gravity`.
         phi: Inertial parameters (10, body).
         gravity: Gravity vector (3,) [m/s²].
-        hinges: Oblique hinges and slides of the tree.
+        hinges: Oblique hinges of the tree.
     """
     n = len(tree.joints)
     torque, stiffness = ca.SX.zeros(n), ca.SX.zeros(n, n)

@@ -100,13 +100,15 @@ class TableMaker:
     def margin(self, x: Parameters, covariance: Covariance, q: Postures) -> Joints:
         """Uncertainty (joint,) of the torque that carries an arm, over all postures `q` [rad] [N·m].
 
-        Three standard deviations of the torque under `covariance`, at the posture with the largest value.
+        Three standard deviations of the torque under `covariance`, at the posture with the largest value. Cuffs make
+        the torque non-linear: of a step forwards and one backwards along each principal axis, the larger counts.
         """
         z = self.resting.cold_start(q, x)
         known = self.resting(q, np.tile(x, (len(q), 1)), z)
         values, vectors = np.linalg.eigh(covariance)
         some = values > ROUNDING_SHARE * values.max()
-        arms = x + (vectors[:, some] * np.sqrt(values[some])).T
+        steps = (vectors[:, some] * np.sqrt(values[some])).T
+        arms = x + np.vstack([steps, -steps])
         found = self.resting(
             np.tile(q, (len(arms), 1)),
             np.repeat(arms, len(q), axis=0),
@@ -115,7 +117,8 @@ class TableMaker:
         )
         off = found.tau_desired.reshape(len(arms), len(q), -1) - known.tau_desired
         usable = known.is_closed & found.is_closed.reshape(len(arms), -1).all(axis=0)
-        return MARGIN_SD * np.sqrt((off[:, usable] ** 2).sum(axis=0)).max(axis=0)
+        larger = np.abs(off[:, usable]).reshape(2, len(steps), -1, off.shape[2]).max(axis=0)
+        return MARGIN_SD * np.sqrt((larger**2).sum(axis=0)).max(axis=0)
 
     def _in_cuffs_alone(self, x: Parameters) -> Postures:
         """Posture of this weightless arm [rad], with a warm start from the arm for which the postures were found."""

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float
 from .anthropometry import Body, Sex, segment_lengths, segment_prior
 from .limb import FREEDOMS as FREEDOMS
 from .limb import SEGMENTS as SEGMENTS
+from .limb import SHIFTS
 from .limb import Limb as Limb
 from .rig_settings import HAND_APART, ArmKind, ArmSide
 from .tree import Frame, Joint, Tree, inertial_parameters
@@ -57,8 +58,8 @@ class Arm:
     """Arm of the wearer, or both arms: tree, inertial parameters of the table and their covariance."""
 
     tree: Tree
-    """Tree with a root at each shoulder centre, x forward, y left, z up. Each arm has two massless prismatic joints:
-    one shifts the shoulder centre, one lengthens the upper arm beyond its measured length."""
+    """Tree with a root at each shoulder centre, x forward, y left, z up. Each arm has four massless prismatic
+    joints: three shift the shoulder centre, one lengthens the upper arm beyond its measured length."""
 
     limbs: tuple[Limb, ...]
     lengths: Mapping[str, float]
@@ -173,15 +174,16 @@ def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
     # unverified).
     axes = {
         "shift": (0.0, outward * np.sqrt(0.5), np.sqrt(0.5)),
+        "shift_forward": (1.0, 0.0, 0.0), "shift_outward": (0.0, -outward * np.sqrt(0.5), np.sqrt(0.5)),
         "flexion": forward, "abduction": (-outward, 0.0, 0.0), "rotation": along,
         "lengthening": (0.0, 0.0, -1.0),
         "elbow": forward, "forearm_roll": along, "wrist_flexion": (outward, 0.0, 0.0), "wrist_deviation": forward,
     }  # fmt: skip
-    limits = {"shift": (0.0, 0.1), "lengthening": (-0.05, 0.05), **LIMITS}
+    limits = {name: (-0.1, 0.1) for name in axes if name.startswith("shift")} | {"lengthening": (-0.05, 0.05), **LIMITS}
     below = {"lengthening": lengths["upper_arm"], "wrist_flexion": lengths["forearm"]}
     chain = []
-    for i, name in enumerate(list(axes)[: limb.n_freedoms + 2]):
-        kind = "prismatic" if name in ("shift", "lengthening") else "revolute"
+    for i, name in enumerate(list(axes)[: limb.n_freedoms + SHIFTS + 1]):
+        kind = "prismatic" if name == "lengthening" or name.startswith("shift") else "revolute"
         origin = np.array([0.0, 0.0, -below.get(name, 0.0)])
         parent = limb.root + i - 1 if i else -1
         chain.append(

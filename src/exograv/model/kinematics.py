@@ -31,25 +31,14 @@ class ObliqueHinge:
     """Position of the joint at which both axes give the same pose [rad]."""
 
 
-@dataclass(frozen=True)
-class ObliqueSlide:
-    """Direction and travel of a sliding joint as an expression, in place of the tree's axis.
-
-    The axis has any length, also zero: displacement of the body = axis · position of the joint.
-    """
-
-    axis: ca.SX
-    """Displacement per unit of the joint's position (3,), in the joint's frame [m per unit of position]."""
-
-
-Hinges = Mapping[int, ObliqueHinge | ObliqueSlide]
-"""Oblique hinges and slides by index of the joint."""
+Hinges = Mapping[int, ObliqueHinge]
+"""Oblique hinges by index of the joint."""
 
 NO_HINGES: Hinges = MappingProxyType({})
 
 
 def joint_axis(tree: Tree, i: int, hinges: Hinges = NO_HINGES) -> ca.SX:
-    """Axis (3,) of a joint in its own frame; a unit vector, except the axis of an `ObliqueSlide`."""
+    """Axis (3,) of a joint in its own frame, a unit vector."""
     return hinges[i].axis if i in hinges else ca.SX(ca.DM(tree.joints[i].axis))
 
 
@@ -59,14 +48,13 @@ def joint_transforms(tree: Tree, q: ca.SX, hinges: Hinges = NO_HINGES) -> list[T
     for i, joint in enumerate(tree.joints):
         axis, R0, p0 = ca.DM(joint.axis), ca.DM(joint.R_parent_joint), ca.DM(joint.p_parent_joint)
         hinge = hinges.get(i)
-        if isinstance(hinge, ObliqueHinge):
+        if hinge is not None:
             R = ca.DM(hinge.R_parent_zero) @ rotation_about(hinge.axis, q[i] - hinge.zero)
             transforms.append(Transform(R, ca.SX(p0)))
         elif joint.kind == "revolute":
             transforms.append(Transform(R0 @ rotation_about(axis, q[i]), ca.SX(p0)))
         else:
-            slide = axis if hinge is None else hinge.axis
-            transforms.append(Transform(ca.SX(R0), p0 + R0 @ slide * q[i]))
+            transforms.append(Transform(ca.SX(R0), p0 + R0 @ axis * q[i]))
     return transforms
 
 

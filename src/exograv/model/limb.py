@@ -9,6 +9,9 @@ FREEDOMS = ("flexion", "abduction", "rotation", "elbow", "forearm_roll", "wrist_
 that of Rajagopal 2016. Positive directions: forward, outward, inward, flexion of the elbow, pronation, towards the
 palm, towards the thumb. The shift of the shoulder's centre depends on them."""
 
+SHIFTS = 3
+"""Number of joints of one arm that shift its shoulder's centre, one per direction."""
+
 SEGMENTS = ("upper_arm", "forearm", "hand")
 """Bodies of one arm; if the wrist does not move, the hand belongs to the forearm."""
 
@@ -38,31 +41,31 @@ class Limb:
     @property
     def root(self) -> int:
         """Index of the arm's first joint in the tree."""
-        return self.number * (self.n_freedoms + 2)
+        return self.number * (self.n_freedoms + SHIFTS + 1)
 
     @property
-    def shift(self) -> int:
-        """Index of the joint that shifts the shoulder's centre."""
-        return self.root
+    def shifts(self) -> slice:
+        """Joints that shift the shoulder's centre: up and medially, forward, up and laterally."""
+        return slice(self.root, self.root + SHIFTS)
 
     @property
     def lengthening(self) -> int:
         """Index of the joint that lengthens the upper arm beyond its measured length."""
-        return self.root + 4
+        return self.root + SHIFTS + 3
 
     @property
     def elbow(self) -> int:
         """Index of the elbow's joint."""
-        return self.root + 5
+        return self.root + SHIFTS + 4
 
     @property
     def joints(self) -> list[int]:
         """Indices of the joints that are the freedoms."""
-        return [self.root + i for i in (1, 2, 3, *range(5, self.n_freedoms + 2))]
+        return [self.root + SHIFTS + i for i in (0, 1, 2, *range(4, self.n_freedoms + 1))]
 
     @property
     def bodies(self) -> dict[str, int]:
         """Indices of the segments' bodies in the tree; the other bodies are massless."""
         # The forearm's body is the one after the roll joint: roll turns the whole forearm.
-        bodies = {"upper_arm": self.root + 3, "forearm": self.root + (5 if self.kind == "shoulder_elbow" else 6)}
-        return bodies | ({"hand": self.root + self.n_freedoms + 1} if self.kind in HAND_APART else {})
+        bodies = {"upper_arm": self.root + SHIFTS + 2, "forearm": self.elbow + (self.kind != "shoulder_elbow")}
+        return bodies | ({"hand": self.root + SHIFTS + self.n_freedoms} if self.kind in HAND_APART else {})

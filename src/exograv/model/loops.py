@@ -13,7 +13,10 @@ from exograv.spatial import Transform, cosine_of, rotation_about, rotation_resid
 from .arm import Arm, Limb
 from .assembly import Assembly
 from .descent import descend
-from .kinematics import Hinges, ObliqueHinge, ObliqueSlide, body_poses, frame_pose
+from .kinematics import Hinges, ObliqueHinge, body_poses, frame_pose
+
+PATH_SHAPES = ("bend", "near_hanging", "ahead", "aside")
+"""Shapes of the path of a shoulder's centre beside the usual one, in the order of `path_shapes`."""
 
 FIT = (
     "shoulder_offset_x",
@@ -27,16 +30,21 @@ FIT = (
     "elbow_axis_z",
     "glenohumeral_forward",
     "glenohumeral_outward",
+    *(f"glenohumeral_{shape}_{direction}" for shape in PATH_SHAPES for direction in ("up", "forward", "outward")),
 )
 """Fit of one arm in the machine; zero agrees with the machine's description and the tape measure. Offset of the
 wearer's shoulder centre from the machine's, in base axes [m]; its migration up and medially per elevation, mean over
 the first 90° [m/rad]; upper arm length minus measured length [m]; logarithm of the cuffs' stiffness over that in
 `rig.toml`, in translation and rotation [-]; forward and upward components of the elbow's unit
 axis, in the axes of the upper arm that a usual elbow (0, -1, 0) would have in the fastened cuffs [-]; migration of the
-shoulder centre forward, and up and laterally, per elevation as above [m/rad]."""
+shoulder centre forward, and up and laterally, per elevation as above [m/rad]; its further displacement up and medially,
+forward, and up and laterally, per shape of `PATH_SHAPES` [m]."""
 
 SHIFT_ENTRIES = tuple(FIT.index(f"glenohumeral_{name}") for name in ("slope", "forward", "outward"))
-"""Entries of one arm's fit that give the path of its shoulder centre."""
+"""Entries of one arm's fit that give the usual path of its shoulder centre, per direction."""
+
+PATH_ENTRIES = slice(FIT.index(f"glenohumeral_{PATH_SHAPES[0]}_up"), len(FIT))
+"""Entries of one arm's fit that give the path beside the usual one: three directions per shape."""
 
 TWIST_COSINE_MIN = 0.3
 """Smallest cosine of a cuff's rotation in a true minimum of energy [-]. True minima have 0.86 or more with 30 mm of
@@ -61,6 +69,8 @@ AXIS_SQUARE_MIN = 0.25
 
 ELEVATION_ROUNDING = 0.05  # rad: elevation has no gradient at a hanging arm; rounding gives it one
 
+NEAR_HANGING = 0.15  # rad: the radius of the path's corner at a hanging arm is not known
+
 
 def fit_names(assembly: Assembly) -> tuple[str, ...]:
     """Names of all entries of `fit`, arm after arm."""
@@ -68,7 +78,7 @@ def fit_names(assembly: Assembly) -> tuple[str, ...]:
 
 
 def fit_of(limb: Limb, fit: ca.SX) -> ca.SX:
-    """Part (11,) of `fit` that belongs to one arm."""
+    """Part (23,) of `fit` that belongs to one arm."""
     return fit[limb.number * len(FIT) : (limb.number + 1) * len(FIT)]
 
 
@@ -89,16 +99,33 @@ def shift_shape(z: ca.SX) -> ca.SX:
     return theta * (1 + curvature * theta) / (1 + curvature * np.pi / 2)
 
 
-def arm_positions(arm: Arm, z: ca.SX, fit: ca.SX) -> ca.SX:
-    """Joint positions (arm joint,) of the arm's tree from its freedoms z, including shift and lengthening.
+def path_shapes(z: ca.SX) -> ca.SX:
+    """Further shapes (4,) of the path of a shoulder's centre, at one arm's freedoms z [-].
 
-    They belong to the axes of `arm_hinges`: the position of the joint `shift` is an angle [rad], and its axis has the
-    travel per angle [m/rad].
+    - bend: 0 at a hanging arm and at an elevation of 90°, 1 between them;
+    - near hanging: 1 at a hanging arm, 0 from an elevation of 25° on;
+    - ahead, aside: forward and lateral part of the upper arm's direction.
+
+    Where the centre moves depends on the plane in which the arm is raised, and its ratio to the arm changes on the way:
+    Braman et al. (2009), J Shoulder Elbow Surg 18:960, abstract. The shapes are assumed.
     """
+    share = elevation(z) / (np.pi / 2)
+    near_hanging = ca.exp((ca.cos(z[0]) * ca.cos(z[1]) - 1) / NEAR_HANGING**2)
+    return ca.vertcat(4 * share * (1 - share), near_hanging, ca.sin(z[0]) * ca.cos(z[1]), ca.sin(z[1]))
+
+
+def shift_positions(z: ca.SX, fit: ca.SX) -> ca.SX:
+    """Displacement (3,) of one arm's shoulder centre at its freedoms z, along the joints `Limb.shifts` [m]."""
+    further = ca.reshape(fit[PATH_ENTRIES], 3, len(PATH_SHAPES))
+    return fit[SHIFT_ENTRIES] * shift_shape(z) + further @ path_shapes(z)
+
+
+def arm_positions(arm: Arm, z: ca.SX, fit: ca.SX) -> ca.SX:
+    """Joint positions (arm joint,) of the arm's tree from its freedoms z, including shift and lengthening."""
     positions = []
     for limb in arm.limbs:
         z_limb, fit_limb = z[limb.freedoms], fit_of(limb, fit)
-        positions += [shift_shape(z_limb), z_limb[:3], fit_limb[4], z_limb[3:]]
+        positions += [shift_positions(z_limb, fit_limb), z_limb[:3], fit_limb[4], z_limb[3:]]
     return ca.vertcat(*positions)
 
 
@@ -112,12 +139,12 @@ def arm_roots(assembly: Assembly, fit: ca.SX) -> list[Transform]:
 
 
 def arm_hinges(assembly: Assembly, fit: ca.SX) -> Hinges:
-    """Paths of the shoulder centres, and elbows whose axes are oblique to both segments.
+    """Elbows whose axes are oblique to both segments.
 
     People's elbows are oblique (Paraskevas et al. 2004, Surg Radiol Anat 26:19). The segments lie along the machine's
     links when the cuffs are fastened; from there the forearm turns about the wearer's own axis.
     """
-    hinges: dict[int, ObliqueHinge | ObliqueSlide] = {}
+    hinges: dict[int, ObliqueHinge] = {}
     for limb in assembly.arm.limbs:
         x, z = fit_of(limb, fit)[7], fit_of(limb, fit)[8]
         axis = ca.vertcat(x, -ca.sqrt(ca.fmax(1 - x**2 - z**2, AXIS_SQUARE_MIN)), z)
@@ -125,21 +152,7 @@ def arm_hinges(assembly: Assembly, fit: ca.SX) -> Hinges:
         usual = assembly.arm.tree.joints[limb.elbow].axis
         R = np.array(ca.evalf(rotation_about(ca.DM(usual), ca.SX(zero))))
         hinges[limb.elbow] = ObliqueHinge(R, ca.DM(R.T) @ axis, zero)
-        hinges[limb.shift] = ObliqueSlide(shift_axis(assembly.arm, limb, fit))
     return hinges
-
-
-def shift_axis(arm: Arm, limb: Limb, fit: ca.SX) -> ca.SX:
-    """Displacement (3,) of a shoulder centre per `shift_shape`, in base axes [m/rad].
-
-        d = slope · u + forward · (1, 0, 0) + outward · w
-
-    u is the axis of the tree's joint `shift`, up and medial in the frontal plane. w is perpendicular to u, up and
-    lateral in that plane. The axes of both arms are mirror images.
-    """
-    usual, forward = arm.tree.joints[limb.shift].axis, np.array([1.0, 0.0, 0.0])
-    outward = np.sign(usual[1]) * np.cross(forward, usual)
-    return ca.DM(np.column_stack([usual, forward, outward])) @ fit_of(limb, fit)[SHIFT_ENTRIES]
 
 
 def arm_poses(assembly: Assembly, z: ca.SX, fit: ca.SX) -> list[Transform]:

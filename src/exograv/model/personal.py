@@ -10,8 +10,18 @@ from jaxtyping import Float
 from exograv.spatial import rotation_about
 
 from .assembly import Assembly
-from .kinematics import Hinges, ObliqueSlide, body_poses, frame_pose
-from .loops import FIT, arm_hinges, arm_poses, arm_positions, arm_roots, cuff_pairs, shift_axis
+from .kinematics import Hinges, body_poses, frame_pose
+from .loops import (
+    FIT,
+    PATH_ENTRIES,
+    PATH_SHAPES,
+    SHIFT_ENTRIES,
+    arm_hinges,
+    arm_poses,
+    arm_positions,
+    arm_roots,
+    cuff_pairs,
+)
 from .rig_settings import ArmSide
 from .tree import Frame, Tree
 
@@ -40,13 +50,14 @@ class Personal:
 
     exo: Tree
     arm: Tree
-    """Tree of the arm with the learned length built in; the shoulder's shift is a joint, `shift` gives its position."""
+    """Tree of the arm with the learned length built in; the shoulder's centre moves along three joints."""
     bases: Mapping[ArmSide, Vector]
     """Position of each arm's base in the machine's base frame: the wearer's shoulder centre [m]."""
     offsets: Mapping[ArmSide, Vector]
     """Offset of each arm's base from the machine's shoulder centre [m]."""
-    slopes: Mapping[ArmSide, float]
-    """Shift of the shoulder's centre along its joint's axis per elevation, mean over the first 90° [m/rad]."""
+    paths: Mapping[ArmSide, Mapping[str, Vector]]
+    """Path of each arm's shoulder centre along its three joints: `slope` per elevation, mean over the first 90°
+    [m/rad], then the displacement per shape of `model.loops.PATH_SHAPES` [m]."""
     cuffs: tuple[CuffHold, ...]
 
 
@@ -75,26 +86,23 @@ def personal(
         tree,
         roots,
         {limb.side: parts[limb.number, :3] for limb in arm.limbs},
-        {limb.side: float(np.linalg.norm(_vector(shift_axis(arm, limb, _constant(fit))))) for limb in arm.limbs},
+        {limb.side: _path(parts[limb.number]) for limb in arm.limbs},
         holds,
     )
 
 
-def with_hinges(tree: Tree, hinges: Hinges) -> Tree:
-    """Return a copy of the tree with these oblique hinges and slides, in numbers, as its own joints.
+def _path(fit: Float[np.ndarray, " entry"]) -> dict[str, Vector]:
+    shapes = zip(PATH_SHAPES, fit[PATH_ENTRIES].reshape(-1, 3), strict=True)
+    return {"slope": fit[list(SHIFT_ENTRIES)], **dict(shapes)}
 
-    All axes are unit vectors, so that the position of a slide is its travel [m] (`joint_positions`). A slide without
-    travel keeps the tree's axis.
-    """
+
+def with_hinges(tree: Tree, hinges: Hinges) -> Tree:
+    """Return a copy of the tree with these oblique hinges, in numbers, as its own joints."""
     joints = list(tree.joints)
     for i, hinge in hinges.items():
         axis = _vector(hinge.axis)
-        if isinstance(hinge, ObliqueSlide):
-            travel = np.linalg.norm(axis)
-            joints[i] = replace(joints[i], axis=axis / travel if travel > 0.0 else joints[i].axis)
-        else:
-            back = np.array(ca.evalf(rotation_about(hinge.axis, ca.SX(-hinge.zero))))
-            joints[i] = replace(joints[i], R_parent_joint=hinge.R_parent_zero @ back, axis=axis)
+        back = np.array(ca.evalf(rotation_about(hinge.axis, ca.SX(-hinge.zero))))
+        joints[i] = replace(joints[i], R_parent_joint=hinge.R_parent_zero @ back, axis=axis)
     return replace(tree, joints=tuple(joints))
 
 
@@ -102,10 +110,7 @@ def joint_positions(
     assembly: Assembly, z: Float[np.ndarray, " freedom"], fit: Float[np.ndarray, " fit"]
 ) -> Float[np.ndarray, " arm_joint"]:
     """Positions [rad or m] of the joints of the arm's tree `with_hinges` at the arm's freedoms z [rad]."""
-    positions = np.array(ca.evalf(arm_positions(assembly.arm, _constant(z), _constant(fit)))).ravel()
-    for limb in assembly.arm.limbs:
-        positions[limb.shift] *= np.linalg.norm(_vector(shift_axis(assembly.arm, limb, _constant(fit))))
-    return positions
+    return np.array(ca.evalf(arm_positions(assembly.arm, _constant(z), _constant(fit)))).ravel()
 
 
 def without_joint(tree: Tree, index: int, position: float) -> Tree:

@@ -13,7 +13,7 @@ from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
-from exograv.model.loops import scaled_stiffness
+from exograv.model.loops import PATH_ENTRIES, scaled_stiffness
 from exograv.model.support import assemble
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 
@@ -57,7 +57,8 @@ def test_an_arm_that_would_fall_out_of_its_cuffs_tells_nothing(model, of_lead):
 def test_a_new_estimate_of_the_cuffs_needs_no_cold_start(model, assembly, expected, moved_m: float, monkeypatch):
     """A cold start takes longer than control has left in a tick. The other model starts cold."""
     x = expected.copy()
-    x[ParameterLayout.of(assembly).fit] += moved_m
+    x[ParameterLayout.of(assembly).fit][: PATH_ENTRIES.start] += moved_m
+    x[ParameterLayout.of(assembly).fit][PATH_ENTRIES] += 0.2 * moved_m
     follower = model.again()
     follower.linearise(SAMPLE, expected)
     closed = Mock(spec=follower._close)

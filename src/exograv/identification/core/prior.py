@@ -9,6 +9,8 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout, table_parameters
 from exograv.model.arm import Arm
 from exograv.model.assembly import Assembly
+from exograv.model.limb import Limb
+from exograv.model.loops import FIT, SHIFT_ENTRIES
 from exograv.model.rig_settings import Place
 
 # Freedom: stiffness [N·m/rad], neutral angle [°], damping [N·m·s/rad], each with its standard deviation. Elbow after
@@ -32,6 +34,10 @@ GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
 # The direction of the migration is unverified, and no source gives its spread. Assumed is an error of about 30° about
 # each of two axes: the tangent of 30° times the mean slope.
 GLENOHUMERAL_ACROSS_SD = 0.006  # m/rad
+# Further shapes of the path, in the order of `model.loops.PATH_SHAPES`. No source gives their spread. Assumed are a
+# fifth of the usual migration at 90° (17 mm) for the bend, a quarter for the plane of elevation, and the slope times
+# 0.13 rad for the radius of the corner at a hanging arm.
+PATH_SD = np.array([0.003, 0.0015, 0.004, 0.004])  # m
 LENGTH_SD = 0.03  # share of the measured upper arm
 CUFF_LOG_STIFFNESS_SD = 0.4  # between people and straps: linear fits of one cuff reach from 2.1 to 4.6 N/mm
 ROTOR_SD = 0.4  # share: error of the reflected inertia in a data sheet
@@ -57,9 +63,7 @@ def prior(
     mean[layout.stiffness] = stiffness[0]
     mean[layout.spring_offset] = stiffness[0] * neutral[0]
     mean[layout.damping] = damping[0]
-    mean[layout.fit] = np.concatenate(
-        [[0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0, *arm.elbow_axis(limb)[0], 0.0, 0.0] for limb in arm.limbs]
-    )
+    mean[layout.fit] = np.concatenate([_fit_mean(arm, limb) for limb in arm.limbs])
     covariance = np.zeros((len(mean), len(mean)))
     covariance[layout.phi, layout.phi] = arm.phi_covariance
     for block, spread in (
@@ -88,7 +92,14 @@ def _springs(arm: Arm) -> Float[np.ndarray, "3 2 freedom"]:
     return table
 
 
-def _fit_sd(arm: Arm) -> Float[np.ndarray, " 11"]:
+def _fit_mean(arm: Arm, limb: Limb) -> Float[np.ndarray, " fit"]:
+    mean = np.zeros(len(FIT))
+    mean[SHIFT_ENTRIES[0]] = GLENOHUMERAL_SLOPE
+    mean[[FIT.index("elbow_axis_x"), FIT.index("elbow_axis_z")]] = arm.elbow_axis(limb)[0]
+    return mean
+
+
+def _fit_sd(arm: Arm) -> Float[np.ndarray, " fit"]:
     length = LENGTH_SD * arm.lengths["upper_arm"]
     return np.array(
         [
@@ -100,6 +111,7 @@ def _fit_sd(arm: Arm) -> Float[np.ndarray, " 11"]:
             *arm.elbow_axis(arm.limbs[0])[1],
             GLENOHUMERAL_ACROSS_SD,
             GLENOHUMERAL_ACROSS_SD,
+            *np.repeat(PATH_SD, 3),
         ]
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.files import toml_text
-from exograv.model.loops import ELEVATION_ROUNDING
+from exograv.model.loops import ELEVATION_ROUNDING, NEAR_HANGING, PATH_SHAPES
 from exograv.model.mjcf_writer import ArmSprings
 from exograv.model.personal import Personal
 from exograv.storage.participant_schema import StoredParticipant
@@ -18,10 +18,12 @@ HEAD = """\
 # cuffs' energy balance; energy of a cuff = 1/2 sum(stiffness * e^2), e = displacement and sine of rotation from
 # exo_frame to arm_frame, in exo_frame.
 #
-# The axis of joint arm_shift is the direction of the shoulder centre's path. The joint follows:
-# slope * s(theta), s = theta * (1 + c * theta) / (1 + c * pi / 2), c = 1.83 / 22.0,
-# theta = atan2(sqrt(1 - k^2 + rounding^2), k), k = cos(flexion) * cos(abduction). In exo_and_arm.xml this joint
-# is fixed at its value in the middle of the task workspace.
+# The shoulder centre moves along the joints arm_shift, arm_shift_forward and arm_shift_outward, in this order:
+# slope * s + bend * 4 * x * (1 - x) + near_hanging * exp((k - 1) / near_hanging_rad^2)
+# + ahead * sin(flexion) * cos(abduction) + aside * sin(abduction), with
+# s = theta * (1 + c * theta) / (1 + c * pi / 2), c = 1.83 / 22.0, x = theta / (pi / 2),
+# theta = atan2(sqrt(1 - k^2 + rounding^2), k), k = cos(flexion) * cos(abduction). In exo_and_arm.xml these joints
+# are fixed at their values in the middle of the task workspace.
 """
 
 
@@ -46,8 +48,10 @@ def loops_text(
             "side": side,
             "base": base,
             "offset_from_machine": person.offsets[side],
-            "shift_slope_m_per_rad": person.slopes[side],
             "shift_rounding": ELEVATION_ROUNDING,
+            "shift_near_hanging_rad": NEAR_HANGING,
+            "shift_slope_m_per_rad": person.paths[side]["slope"],
+            **{f"shift_{shape}_m": person.paths[side][shape] for shape in PATH_SHAPES},
         }
         for side, base in person.bases.items()
     )

@@ -166,11 +166,11 @@ def _positions(
 
 
 def _shifts(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> Mapping[str, float]:
-    """Position of each shoulder-shift joint in the middle of the task workspace."""
+    """Positions of the joints that shift a shoulder's centre, in the middle of the task workspace."""
     lower, upper = assembly.description.workspace
     z, _ = LoopSolver(assembly).solve(0.5 * (lower + upper), fit=x[ParameterLayout.of(assembly).fit])
     at = _positions(assembly, x, z)
-    names = [assembly.arm.tree.joints[limb.shift].name for limb in assembly.arm.limbs]
+    names = [joint.name for limb in assembly.arm.limbs for joint in assembly.arm.tree.joints[limb.shifts]]
     return {name: at[name] for name in names}
 
 
