@@ -1,7 +1,6 @@
 """Mutants of a room, each a module with one thing wrong, and the table of those that no test can find."""
 
 import ast
-import copy
 import functools
 import hashlib
 import tomllib
@@ -86,8 +85,8 @@ class Mutant:
 
     def lines(self) -> tuple[str, str]:
         """Return the changed line before and after the change, without comments and in one line."""
-        first, before, statement = next(one for one in reversed(_statements(self.source)) if one[0] <= self.node)
-        changed = copy.deepcopy(statement)
+        first, before = next(one for one in reversed(_statements(self.source)) if one[0] <= self.node)
+        changed = ast.parse("\n".join(before)).body[0]  # Faster than a deep copy of the statement.
         place = next(islice(visited(changed), self.node - first, None))
         next(islice(changes(place), self.change, None))[1]()
         pairs = zip(before, ast.unparse(changed).splitlines(), strict=True)
@@ -100,11 +99,11 @@ class Mutant:
 
 
 @functools.lru_cache(maxsize=64)
-def _statements(source: str) -> list[tuple[int, list[str], ast.stmt]]:
+def _statements(source: str) -> list[tuple[int, list[str]]]:
     """Statements of a module, each with the number of its first node in `visited` and its lines."""
     found, first = [], 1
     for one in ast.parse(source).body:
-        found.append((first, ast.unparse(one).splitlines(), one))
+        found.append((first, ast.unparse(one).splitlines()))
         first += 0 if isinstance(one, UNTOUCHED) else len(list(visited(one)))
     return found
 

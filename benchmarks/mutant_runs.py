@@ -20,7 +20,6 @@ from types import CodeType, FunctionType
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-os.environ["EXOGRAV_GUARD"] = "source"  # a mutant is Python; the compiled guard would not notice it
 
 import hypothesis
 import hypothesis.extra.numpy

@@ -39,12 +39,33 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Collect without garbage collections, and keep the collected tests, a million objects, out of later ones."""
+    """Collect without garbage collections, and keep the collected tests, a million objects, out of later ones.
+
+    Raises:
+        UsageError: The import of a test module has changed the environment of all tests and of their commands.
+    """
+    before = _own_variables()
     gc.disable()
     try:
-        return (yield)
+        collected = yield
     finally:
         gc.enable()
+        gc.freeze()
+    if changed := {name for name, _ in _own_variables() ^ before}:
+        names = ", ".join(sorted(changed))
+        raise pytest.UsageError(f"The import of a test module has set {names} for all tests. Set it where it is used.")
+    return collected
+
+
+def _own_variables() -> set[tuple[str, str]]:
+    return {(name, value) for name, value in os.environ.items() if name.startswith("EXOGRAV_")}
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Keep imported modules, kernels and syntax trees out of later garbage collections, after each file."""
+    if nextitem is None or nextitem.path != item.path:
+        gc.collect()
         gc.freeze()
 
 

@@ -14,6 +14,8 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from tests.syntax import nodes_of, syntax_tree
+
 Code = ast.FunctionDef | ast.ClassDef
 
 
@@ -39,10 +41,11 @@ def module(name: str) -> Module | None:
         return None
     if spec is None or spec.origin is None:
         return None
-    tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+    path = Path(spec.origin)
+    tree = syntax_tree(path)
     found = Module(name, tree)
     package = name if spec.submodule_search_locations is not None else name.rpartition(".")[0]
-    for node in ast.walk(tree):
+    for node in nodes_of(path):
         if isinstance(node, ast.ImportFrom):
             parts = package.split(".")
             above = ".".join(parts[: len(parts) - node.level + 1]) if node.level else ""
@@ -159,20 +162,29 @@ def reached(start: str, function: str) -> list[ast.AST]:
     return found
 
 
+@cache
+def facts_reached(start: str, function: str) -> Facts:
+    """Return the facts of all code that a function refers to, but not what is taken, which depends on the class."""
+    found = Facts()
+    for one in map(facts, reached(start, function)):
+        found.annotated += one.annotated
+        found.handed |= one.handed
+        found.copied |= one.copied
+    return found
+
+
 def options_read(start: str, function: str, kind: type) -> set[str]:
     """Return the names that a command takes from the options of a class.
 
     Methods and properties of the class and its bases count if the command calls them, with what they take in turn.
     """
-    code = reached(start, function)
+    code, all_facts = reached(start, function), facts_reached(start, function)
     kinds = {cls.__name__ for cls in kind.__mro__ if cls is not object}
     holders, taken = set[str](), set[str]()
     for _ in range(3):  # A copy of the options has a class of its own, with holders of its own.
-        for node in code:
-            holders |= {name for name, words in facts(node).annotated if words & kinds}
-        for node in code:
-            holders |= {name for origin, name in facts(node).handed if origin in holders}
-            kinds |= {copy for name, copy in facts(node).copied if name in holders}
+        holders |= {name for name, words in all_facts.annotated if words & kinds}
+        holders |= {name for origin, name in all_facts.handed if origin in holders}
+        kinds |= {copy for name, copy in all_facts.copied if name in holders}
     own = [node for node in code if isinstance(node, ast.ClassDef) and node.name in kinds]
     for node in code:
         if node not in own:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 import yaml
+from tests.syntax import nodes_of
 
 ROOT = Path(__file__).parents[1]
 HAZARDS: list[dict[str, Any]] = yaml.safe_load((ROOT / "docs" / "hazards.yaml").read_text(encoding="utf-8"))
@@ -16,7 +17,7 @@ def is_there(test: str) -> bool:
     path = ROOT / file
     if not path.is_file():
         return False
-    names = [node.name for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.FunctionDef)]
+    names = [node.name for node in nodes_of(path) if isinstance(node, ast.FunctionDef)]
     return (name in names) if name else any(each.startswith("test_") for each in names)
 
 

@@ -9,6 +9,8 @@ from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+from tests.syntax import nodes_of
+
 import exograv
 
 PACKAGE = Path(exograv.__file__).parent
@@ -29,7 +31,7 @@ def folder_of(module: Name) -> Name | None:
 
 def imported(module: Name) -> Iterator[Name]:
     """Folders that a module imports from, at its top or later."""
-    for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))):
+    for node in nodes_of(MODULES[module]):
         if isinstance(node, ast.Import):
             found = [tuple(alias.name.split(".")) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+from tests.syntax import nodes_of, syntax_tree
+
 import exograv
 
 PACKAGE = Path(exograv.__file__).parent
@@ -28,7 +30,7 @@ Definition = ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef | ast.Assign 
 @cache
 def trees() -> dict[str, ast.Module]:
     """Syntax tree of each module."""
-    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+    return {name: syntax_tree(path) for name, path in MODULES.items()}
 
 
 def room_of(module: str) -> str:
@@ -40,7 +42,7 @@ def imports_of(module: str) -> dict[str, Symbol]:
     """Source and name of everything that a module imports from the package, at its top or later."""
     found: dict[str, Symbol] = {}
     package = module.split(".") if MODULES[module].stem == "__init__" else module.split(".")[:-1]
-    for node in ast.walk(trees()[module]):
+    for node in nodes_of(MODULES[module]):
         if isinstance(node, ast.ImportFrom):
             above = package[: len(package) + 1 - node.level] if node.level else []
             source = ".".join((*above, *((node.module,) if node.module else ())))
@@ -83,8 +85,8 @@ def resolved(module: str, name: str) -> Symbol | None:
 def attributes_by_room() -> dict[str, set[str]]:
     """Names that each room reads as an attribute of something."""
     found: dict[str, set[str]] = defaultdict(set)
-    for module, tree in trees().items():
-        found[room_of(module)] |= {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    for module, path in MODULES.items():
+        found[room_of(module)] |= {node.attr for node in nodes_of(path) if isinstance(node, ast.Attribute)}
     return found
 
 

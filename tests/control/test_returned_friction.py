@@ -1,5 +1,6 @@
 """The compensation never exceeds friction: not at rest, not in motion, and not over any path back and forth."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from exograv import kernel
 from exograv.control.returned_friction import CERTAINTY, SHARE, TRAVEL, WARMED, least_friction, returned_friction
 from exograv.dynamics.friction import Friction
 from exograv.model.description import load_rig
@@ -28,11 +30,20 @@ WAYS = st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=60)
 """Travel of a joint between two ticks, in units of `TRAVEL`."""
 
 
-def law(known: Friction = KNOWN, sd: Friction = SD) -> ca.Function:
+Law = Callable[..., list[float]]
+
+
+def compiled(function: ca.Function) -> Law:
+    """Return a compiled function of scalars, with scalar results."""
+    step = kernel.compile(function).of
+    return lambda *values: [value.item() for value in step(*values)]
+
+
+def law(known: Friction = KNOWN, sd: Friction = SD) -> Law:
     way, v, load, spring = (ca.SX.sym(name) for name in ("way", "v", "load", "spring"))
     symbolic = replace(known, coulomb=ca.SX(ca.DM(known.coulomb)), viscous=ca.SX(ca.DM(known.viscous)))
     now = returned_friction(symbolic, sd, load, way, v, spring)
-    return ca.Function("returned", [way, v, load, spring], [now.tau, now.spring])
+    return compiled(ca.Function("returned", [way, v, load, spring], [now.tau, now.spring]))
 
 
 LAW = law()
@@ -62,17 +73,17 @@ class Slider:
         return 0.5 * (before + self.tau) * elastic + self.tau * (way - elastic)
 
 
-def returned_energy(function: ca.Function, ways: list[float], load: float = LOAD) -> float:
+def returned_energy(function: Law, ways: list[float], load: float = LOAD) -> float:
     """Energy from the spring's part [J]; the motor holds its torque during the next travel of the joint."""
     spring, tau, energy = 0.0, 0.0, 0.0
     for way in ways:
         energy += tau * way
-        tau, spring = (float(value) for value in function(way, 0.0, load, spring))
+        tau, spring = function(way, 0.0, load, spring)
     return energy
 
 
 def test_nothing_is_returned_before_the_joint_has_moved():
-    assert [float(value) for value in LAW(0.0, 0.0, LOAD, 0.0)] == [0.0, 0.0]
+    assert LAW(0.0, 0.0, LOAD, 0.0) == [0.0, 0.0]
 
 
 @given(ways=WAYS, load=st.floats(-30.0, 30.0))
@@ -80,15 +91,15 @@ def test_what_is_returned_stays_within_the_share_of_the_least_friction(ways: lis
     forward, backward = least(load=load)
     spring = 0.0
     for way in ways:
-        tau, spring = (float(value) for value in LAW(way * TRAVEL, 0.0, load, spring))
+        tau, spring = LAW(way * TRAVEL, 0.0, load, spring)
         assert -SHARE * backward - 1e-12 <= tau <= SHARE * forward + 1e-12
     assert SHARE <= 0.8
 
 
 def test_after_its_travel_the_share_is_returned_whole_either_way():
     forward, backward = least()
-    assert float(LAW(TRAVEL, 0.0, LOAD, 0.0)[0]) == pytest.approx(SHARE * forward)
-    assert float(LAW(-2 * TRAVEL, 0.0, LOAD, SHARE * forward)[0]) == pytest.approx(-SHARE * backward)
+    assert LAW(TRAVEL, 0.0, LOAD, 0.0)[0] == pytest.approx(SHARE * forward)
+    assert LAW(-2 * TRAVEL, 0.0, LOAD, SHARE * forward)[0] == pytest.approx(-SHARE * backward)
 
 
 @given(
@@ -155,14 +166,15 @@ def test_what_is_no_number_is_not_hidden(which: int):
 @pytest.mark.parametrize("field", ["coulomb", "viscous"])
 def test_a_parameter_that_is_no_number_is_not_hidden(field: str):
     broken = law(replace(KNOWN, **{field: np.nan * ONE}))
-    assert np.isnan(float(broken(1e-4, 0.3, LOAD, 0.1)[0]))
+    assert np.isnan(broken(1e-4, 0.3, LOAD, 0.1)[0])
 
 
-def friction_of(machine: Machine) -> ca.Function:
+def friction_of(machine: Machine) -> Law:
     """Friction of the twin when warm: torque and next state of the bristle."""
     bristle, theta, omega, load = (ca.SX.sym(name) for name in ("bristle", "theta", "omega", "load"))
     now = FrictionState(theta, omega, load, ca.SX(1.0))
-    return ca.Function("friction", [bristle, theta, omega, load], list(friction_step(machine, ELBOW, bristle, now, DT)))
+    step = list(friction_step(machine, ELBOW, bristle, now, DT))
+    return compiled(ca.Function("friction", [bristle, theta, omega, load], step))
 
 
 def as_calibrated(machine: Machine) -> Friction:
@@ -189,10 +201,10 @@ def test_of_every_swing_the_twins_warm_friction_takes_more_than_is_returned(
     theta = amplitude * np.sin(2 * np.pi * np.arange(2 * period + 1) / period)
     bristle, spring, tau, energy = 0.0, 0.0, 0.0, 0.0
     for k, way in enumerate(np.diff(theta)):
-        rubbed, bristle = (float(value) for value in friction(bristle, theta[k], way / DT, LOAD))
+        rubbed, bristle = friction(bristle, theta[k], way / DT, LOAD)
         if k >= period:  # only the second swing, when both have settled
             energy += (tau - rubbed) * way
-        tau, spring = (float(value) for value in returned(way, way / DT, LOAD, spring))
+        tau, spring = returned(way, way / DT, LOAD, spring)
     assert energy < 0.0
 
 

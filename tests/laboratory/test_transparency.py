@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.syntax import nodes_of
 
 import exograv
 from exograv.errors import ConfigError
@@ -124,7 +125,8 @@ def test_only_the_two_that_need_a_yardstick_build_controllers_from_the_truth():
     users = {
         path.relative_to(source).as_posix()
         for path in source.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if "ideal_knowledge" in path.read_text(encoding="utf-8")
+        for node in nodes_of(path)
         if isinstance(node, ast.ImportFrom) and node.module and node.module.endswith("ideal_knowledge")
     }
     assert users == {"laboratory/transparency_trial.py", "campaigns/virtual_study/session_setup.py"}

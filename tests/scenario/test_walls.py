@@ -5,6 +5,7 @@ import inspect
 from pathlib import Path
 
 import pytest
+from tests.syntax import nodes_of
 
 import exograv
 from exograv.procedures.identification import identify
@@ -26,7 +27,7 @@ SHARED = sorted(path for room in ("loop", "storage", "procedures", "live") for p
 def imported(path: Path) -> set[str]:
     """Modules and names that a file imports."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -41,9 +42,8 @@ def test_no_room_that_decides_imports_the_rig(path: Path):
 
 @pytest.mark.parametrize("path", SHARED, ids=lambda path: str(path.relative_to(SOURCE)))
 def test_no_room_that_serves_hardware_too_touches_the_truth(path: Path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    words = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    words |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    words = {node.attr for node in nodes_of(path) if isinstance(node, ast.Attribute)}
+    words |= {node.id for node in nodes_of(path) if isinstance(node, ast.Name)}
     allowed = {"truth"} if path in SHOWN_BESIDE else set()
     assert not (TRUTH - allowed) & (words | imported(path))
 

@@ -18,8 +18,14 @@ from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.status import PersonStatus, StudyStatus
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import is_code
-from exograv.study.participants.identities import changed_identities
+from exograv.study.participants.identities import changed_identities, write_identities
 from exograv.study.participants.register import read_register
+
+
+@pytest.fixture(autouse=True)
+def cheap_guesses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Derive keys in milliseconds; test_identities.py has a file with the cost of the product."""
+    monkeypatch.setattr(write_identities, "__defaults__", (2**10,))
 
 
 @pytest.fixture

@@ -15,11 +15,16 @@ STEPS = 300
 SOFTEST = 0.1  # N·m/rad: bounds the step of a joint without weight
 
 Joints = Float[np.ndarray, " joint"]
+Postures = Float[np.ndarray, "*posture joint"]
 
 
-def carrying_torque(tree: Tree, q: Joints) -> Joints:
-    """Joint torque that carries the tree's own weight at rest at `q` (joint,) [rad], in [N·m]."""
-    return _weight(tree).of(q)[0]
+def carrying_torque(tree: Tree, q: Postures) -> Postures:
+    """Joint torque [N·m] that carries the tree's own weight at rest at each posture `q` (..., joint) [rad].
+
+    Give many postures at once: each call builds the tree's kernel.
+    """
+    torque = _weight(tree)
+    return np.array([torque.of(posture)[0] for posture in q.reshape(-1, len(tree.joints))]).reshape(q.shape)
 
 
 def weight_stiffness(tree: Tree, q: Joints) -> Float[np.ndarray, "joint joint"]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.syntax import nodes_of
 
 import exograv
 from exograv.campaigns.faults.evaluation import figures_of
@@ -32,8 +33,7 @@ MOVES_TOO = (
 
 
 def functions(path: Path) -> set[str]:
-    tree = ast.parse(path.read_text("utf-8"))
-    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    return {node.name for node in nodes_of(path) if isinstance(node, ast.FunctionDef)}
 
 
 def test_each_row_of_the_table_is_accounted_for_and_none_that_is_proved_is_called_missing():
@@ -62,14 +62,15 @@ STAMP_ONLY = ("runtime/ros2/bridge.py", "runtime/ros2/node.py")
 
 
 def asks_for_the_time_of_day(source: str) -> bool:
-    words = {node.attr for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Attribute)}
+    nodes = list(ast.walk(ast.parse(source)))
+    words = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
     imported = {
-        name.name for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Import | ast.ImportFrom)
+        name.name for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)
         for name in node.names
     }  # fmt: skip
     calls = {
         node.attr
-        for node in ast.walk(ast.parse(source))
+        for node in nodes
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "time"
     }
     return bool(

@@ -11,7 +11,6 @@ from exograv.errors import ConfigError
 from exograv.model.description import load_rig, rig_names, robots_folder
 from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.options import CheckOptions
-from exograv.report.style import figure_style
 from exograv.results import json_value
 
 SOURCE = robots_folder() / "recupera_like"
@@ -58,12 +57,6 @@ def broken(folder: Path, *pairs: tuple[str, str]) -> list[str]:
     result = check(machine, folder)
     assert result["ok"] is not bool(result["problems"])
     return result["problems"]
-
-
-@pytest.fixture
-def without_picture(monkeypatch: pytest.MonkeyPatch):
-    """Skip drawing, which takes as long as everything else."""
-    monkeypatch.setattr(figure_style, "write_picture", lambda path, _draw: path)
 
 
 @pytest.mark.parametrize("rig", rig_names())

@@ -31,7 +31,6 @@ from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.design_motion import motion_note, write_excitation
 from exograv.procedures.machine_tools.new_rig import NewRig, new_rig
 from exograv.procedures.machine_tools.options import CheckOptions, NewRigOptions
-from exograv.report.style import figure_style
 
 LEFT = ("left_sh_flex", "left_sh_abd", "left_sh_rot", "left_elbow")
 HUMAN = [
@@ -79,12 +78,6 @@ def tree_of(folder: Path) -> Tree:
 
 def data_of(found: NewRig) -> dict[str, Any]:
     return tomllib.loads((found.folder / "rig.toml").read_text(encoding="utf-8"))
-
-
-@pytest.fixture
-def without_picture(monkeypatch: pytest.MonkeyPatch):
-    """Skip drawing, which takes as long as everything else."""
-    monkeypatch.setattr(figure_style, "write_picture", lambda path, _draw: path)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.check_rig.check_result import CheckResult
 from exograv.procedures.machine_tools.new_rig import new_rig
 from exograv.procedures.machine_tools.options import CheckOptions, NewRigOptions
-from exograv.report.style import figure_style
 
 NO_LIMITS = "0.0 0.0 0.0 0.0"
 ONE_AXIS = robot(
@@ -39,12 +38,6 @@ TWO_AXES = robot(
     joint("worn", ("lower", "dummy_lower_arm"), "0 -0.05 -0.13", "0 0 1", kind="fixed"),
 )
 RANGES = {"actuators.range_deg": ["[-120.0, 40.0]", "[0.0, 130.0]"]}
-
-
-@pytest.fixture
-def without_picture(monkeypatch: pytest.MonkeyPatch):
-    """Skip drawing, which takes as long as everything else."""
-    monkeypatch.setattr(figure_style, "write_picture", lambda path, _draw: path)
 
 
 def checked(folder: Path) -> CheckResult:

@@ -49,6 +49,7 @@ def answers_for(rig: str) -> dict[str, list[str]]:
         ("nesm_like", "right.urdf"),
     ],
 )
+@pytest.mark.usefixtures("without_picture")
 def test_a_folder_whose_questions_are_answered_is_a_machine_without_problems(rig: str, file: str, tmp_path: Path):
     folder = tmp_path / "mine"
     new_rig(NewRigOptions(ROBOTS / rig / file, folder))

@@ -93,10 +93,10 @@ class MadeUpDevice:
         for connection in (1, 2):
             t = all_t[(all_t >= self.reconnects_s) == (connection == 2)]
             stamps = self.clock(self.monotonic(t), connection) + self.jitter_s * rng.standard_normal(len(t))
-            received = self.monotonic(t) + 0.01
+            received, values = self.monotonic(t) + 0.01, self.values(t)
             for k in range(0, len(t), samples):
                 part = slice(k, k + samples)
-                yield StreamBlock(float(received[part][-1]), connection, stamps[part], self.values(t[part]))
+                yield StreamBlock(float(received[part][-1]), connection, stamps[part], values[part])
 
     def notes(self) -> list[dict[str, Any]]:
         """Messages of `/stream`."""

@@ -29,6 +29,13 @@ def test_what_was_written_comes_back_and_nothing_of_it_is_readable(tmp_path: Pat
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
+def test_a_guess_at_the_passphrase_of_a_users_file_takes_128_MB(tmp_path: Path):
+    path = tmp_path / "study.identities"
+    write_identities(path, PASSPHRASE, WHO)
+    assert b'"n":131072,"r":8' in path.read_bytes()
+    assert read_identities(path, PASSPHRASE) == WHO
+
+
 def test_a_wrong_passphrase_is_one_sentence_and_alters_nothing(tmp_path: Path):
     path = written(tmp_path / "study.identities")
     before = path.read_bytes()

@@ -79,7 +79,7 @@ def carried_weight(description: RigDescription, tree: Tree, sweep: JointSweep) -
     """Return the heaviest weight that the motors carry in a sweep."""
     postures, mount = _postures(description, sweep), _mount(description, sweep)
     per_kg = _torque_per_kg(tree, mount, postures)
-    links = np.array([carrying_torque(tree, q) for q in postures])
+    links = carrying_torque(tree, postures)
     torque_max = description.per_actuator("torque_max_Nm")
     room = CARRIED_SHARE * torque_max - usual_friction(description, COULOMB)[0] - np.sign(per_kg) * links
     # A joint without a motor carries nothing, and has no torque in `rig.toml`.

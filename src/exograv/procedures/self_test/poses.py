@@ -26,7 +26,7 @@ def telling_poses(description: RigDescription, tree: Tree) -> Float[np.ndarray, 
             posture = np.deg2rad(plan.posture_deg)
             posture[description.joints.index(plan.joint)] = np.deg2rad(angle)
             candidates.append(np.clip(posture, lower, upper))
-    loads = np.array([carrying_torque(tree, posture) for posture in candidates])
+    loads = carrying_torque(tree, np.array(candidates))
     most = np.maximum(np.ptp(loads, axis=0), 1e-6)  # a joint with a vertical axis carries no weight in any posture
 
     def told(chosen: tuple[int, ...]) -> float:

@@ -1,11 +1,13 @@
 """Drives stick, slip and lag as docs/explanation/disturbances.md says, and their friction only dissipates."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 import pytest
 
+from exograv import kernel
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 from exograv.rig.twin.machine.drive import (
     BRISTLE_TRAVEL,
@@ -29,10 +31,10 @@ LEVELS_AND_STEPS = [
 CREEP_TOLERANCE = 1e-9  # rad in ten seconds: far below one step of any encoder here
 
 
-def friction_function(machine: Machine, dt: float = DT) -> ca.Function:
+def friction_function(machine: Machine, dt: float = DT) -> Callable[..., tuple[np.ndarray, ...]]:
     bristle, theta, omega, load = (ca.SX.sym(name) for name in ("bristle", "theta", "omega", "load"))
     results = friction_step(machine, ELBOW, bristle, FrictionState(theta, omega, load, ca.SX(0)), dt)
-    return ca.Function("friction", [bristle, theta, omega, load], list(results))
+    return kernel.compile(ca.Function("friction", [bristle, theta, omega, load], list(results))).of
 
 
 def sliding(machine: Machine, omega: float, load: float = 0.0, warmth: float = 0.0, theta: float = 0.0) -> float:
@@ -45,7 +47,7 @@ def push(machine: Machine, torque, seconds: float, dt: float = DT) -> np.ndarray
     friction, theta, omega, bristle, way = friction_function(machine, dt), 0.0, 0.0, 0.0, []
     for k in range(round(seconds / dt)):
         rubbed, bristle = friction(bristle, theta, omega, 0.0)
-        omega += dt / INERTIA * (torque(k * dt) - float(rubbed))
+        omega += dt / INERTIA * (torque(k * dt) - rubbed.item())
         theta += dt * omega
         way.append(theta)
     return np.array(way)
@@ -96,7 +98,7 @@ def test_friction_never_feeds_energy_over_a_closed_way(rig, level: int, dt: floa
             for k, t in enumerate(times):
                 omega = amplitude * rate * np.cos(rate * t)
                 rubbed, bristle = friction(bristle, amplitude * np.sin(rate * t), omega, 5.0)
-                work += (k >= len(times) // 2) * float(rubbed) * omega * dt
+                work += (k >= len(times) // 2) * rubbed.item() * omega * dt
             assert work > 0.0
 
 
@@ -108,7 +110,7 @@ def test_a_rubbing_rotor_never_has_more_energy_than_was_put_in(rig, level: int, 
     for _ in range(round(0.5 / dt)):
         torque = 8.0 * generator.standard_normal()
         rubbed, bristle = friction(bristle, theta, omega, 0.0)
-        before, omega = omega, omega + dt / INERTIA * (torque - float(rubbed))
+        before, omega = omega, omega + dt / INERTIA * (torque - rubbed.item())
         put_in += torque * dt * 0.5 * (before + omega)
         theta += dt * omega
         assert 0.5 * INERTIA * omega**2 <= max(put_in, 0.0) + 1e-12

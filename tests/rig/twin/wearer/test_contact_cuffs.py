@@ -1,12 +1,14 @@
 """Cuffs of the unseen world are preloaded contacts with lagging flesh, and their slip is a flow that takes energy."""
 
 import itertools
+from collections.abc import Callable
 
 import casadi as ca
 import mujoco
 import numpy as np
 import pytest
 
+from exograv import kernel
 from exograv.rig.twin import Disturbances, draw_wearer
 from exograv.rig.twin.machine.machine_bodies import TIMESTEP
 from exograv.rig.twin.wearer.contact_cuffs import SAME, SLIP_SPEED, Contact, ContactCuffs, draw_contact_cuffs
@@ -25,8 +27,9 @@ def stretched(contact: Contact, strain: float) -> float:
     return float(ca.evalf(contact.stretched(ca.SX(strain))))
 
 
-def slip_of(law: ContactCuffs, stiffness: float) -> ca.Function:
-    return ca.Function("slipped", [WAY, ALONG], [law.slipped(WAY, ALONG, stiffness)])
+def slip_of(law: ContactCuffs, stiffness: float) -> Callable[[float, float], float]:
+    slipped = kernel.compile(ca.Function("slipped", [WAY, ALONG], [law.slipped(WAY, ALONG, stiffness)])).of
+    return lambda way, along: slipped(way, along)[0].item()
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
@@ -70,7 +73,7 @@ def test_the_force_always_grows_and_is_linear_beyond_the_largest_strain(contact:
 def test_the_slip_flows_with_the_power_of_the_force(load: float):
     strains = np.linspace(0.0, 0.03, 2001)
     strain = np.interp(load, [STIFFNESS * stretched(LAW.along, x) for x in strains], strains)
-    speed = float(slip_of(LAW, STIFFNESS)(0.0, strain)) / TIMESTEP
+    speed = slip_of(LAW, STIFFNESS)(0.0, strain) / TIMESTEP
     # The implicit step is slower by the relief within one step.
     assert speed == pytest.approx(SLIP_SPEED * (load / 30.0) ** 5.0, rel=0.02)
 
@@ -80,45 +83,47 @@ def test_the_slip_flows_with_the_power_of_the_force(load: float):
 def test_the_slip_stays_behind_the_limb_and_within_its_end(stiffness: float, along: float):
     slip, way = slip_of(LAW, stiffness), 0.0
     for _ in range(2000):
-        after = float(slip(way, along))
+        after = slip(way, along)
         assert abs(way) <= abs(after) <= SLIP_MAX
         assert abs(after) <= abs(along)
         way = after
 
 
 def test_a_direction_that_is_free_does_not_slip():
-    assert float(slip_of(LAW, 0.0)(0.001, 0.03)) == 0.001
+    assert slip_of(LAW, 0.0)(0.001, 0.03) == 0.001
 
 
 def test_a_slipping_cuff_only_takes_energy_from_a_cycle():
     after = LAW.slipped(WAY, ALONG, STIFFNESS)
-    step = ca.Function("step", [WAY, ALONG], [after, STIFFNESS * LAW.along.stretched(ALONG - after)])
+    force = STIFFNESS * LAW.along.stretched(ALONG - after)
+    step = kernel.compile(ca.Function("step", [WAY, ALONG], [after, force])).of
     t = np.linspace(0.0, 6.0 * np.pi, 30001)
     path, way, work = 0.02 * np.sin(t), 0.0, 0.0
     for before, now in itertools.pairwise(path):
         way, force = step(way, 0.5 * (before + now))
-        work -= float(force) * (now - before)
+        work -= force.item() * (now - before)
     assert work < -0.1  # J, in three cycles
 
 
 def test_the_flesh_relaxes_as_a_maxwell_element():
     strain, speed = ca.SX.sym("strain", 3), ca.SX.sym("speed", 3)
-    step = ca.Function("step", [strain, speed], [LAW.lagged(strain, speed)])
+    step = kernel.compile(ca.Function("step", [strain, speed], [LAW.lagged(strain, speed)])).of
     state = np.array([0.01, 0.0, -0.004])
     for _ in range(round(LAW.lag / TIMESTEP)):
-        state = np.asarray(step(state, np.zeros(3))).ravel()
+        (state,) = step(state, np.zeros(3))
     np.testing.assert_allclose(state, np.exp(-1.0) * np.array([0.01, 0.0, -0.004]))
     for _ in range(round(20.0 * LAW.lag / TIMESTEP)):
-        state = np.asarray(step(state, np.full(3, 0.02))).ravel()
+        (state,) = step(state, np.full(3, 0.02))
     np.testing.assert_allclose(state, 0.02 * LAW.lag)
 
 
 def test_the_lagging_flesh_only_takes_energy_from_a_cycle():
     t = np.arange(0.0, 6.0, TIMESTEP)
     speeds = 0.01 * np.pi * np.cos(np.pi * t)
+    step = kernel.compile(ca.Function("step", [WAY, ALONG], [LAW.lagged(WAY, ALONG)])).of
     strain, work = 0.0, 0.0
     for speed in speeds:
-        strain = float(ca.DM(ca.evalf(LAW.lagged(ca.SX(strain), ca.SX(speed)))))
+        strain = step(strain, speed)[0].item()
         work -= LAW.lag_share * STIFFNESS * strain * speed * TIMESTEP
     # Maxwell element under a sine of amplitude x: π k x² ω τ / (1 + ω² τ²) in each cycle, here three of them.
     turn = np.pi * LAW.lag

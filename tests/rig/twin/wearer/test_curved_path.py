@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from exograv import kernel
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer, parameter_truth
 from exograv.rig.twin.wearer.curved_path import ACROSS_MAX, CurvedPath, draw_curved_path
 from exograv.rig.twin.wearer.passive import curved_shifts, swinging_shift
@@ -82,10 +83,10 @@ def test_both_shoulders_move_as_mirror_images():
 def followed(one: CurvedPath, shift, seconds: float) -> np.ndarray:
     """Places of the centre while the arm asks for `shift(t)` [m]."""
     state, asked = ca.SX.sym("state", 1, 2), ca.SX.sym("asked")
-    step = ca.Function("step", [asked, state], [swinging_shift(asked, state, one, DT).next])
+    step = kernel.compile(ca.Function("step", [asked, state], [swinging_shift(asked, state, one, DT).next])).of
     now, places = np.zeros((1, 2)), []
     for k in range(round(seconds / DT)):
-        now = np.asarray(step(shift(k * DT), now))
+        (now,) = step(shift(k * DT), now)
         places.append(now[0, 0])
     return np.array(places)
 
