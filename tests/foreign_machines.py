@@ -106,6 +106,16 @@ TWO_JOINTS = robot(
     joint("right_pronation_joint", ("link_1", "link_2"), "0 0 -0.12", "0 0 1", "-1.4 1.4 6 5"),
 )
 
+NO_LIMITS = "0.0 0.0 0.0 0.0"
+ONE_AXIS = robot(
+    "suit",
+    link("shoulder", 0.02),
+    link("upperArm", 0.9, "0 0 -0.2"),
+    link("lowerArm", 0.6, "0 0 -0.18"),
+    joint("shoulder_joint", ("shoulder", "upperArm"), "0 -0.16 1.05", "0 1 0", NO_LIMITS),
+    joint("elbow_joint", ("upperArm", "lowerArm"), "0 0 -0.29", "0 -1 0", NO_LIMITS),
+)
+
 
 def written(folder: Path, text: str, name: str = "machine.urdf") -> Path:
     """Write a machine's file, and return its path."""

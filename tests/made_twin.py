@@ -16,6 +16,7 @@ from exograv.storage.calibration_file import identity_of
 from exograv.storage.sealed_file import sealed
 from exograv.storage.twin_file import (
     NAME,
+    FittedCuffs,
     FittedDrive,
     FittedGear,
     FittedJoint,
@@ -35,12 +36,23 @@ WARM_GAIN = FittedWarmGain(
 )
 """Gain of a motor with warm magnets, told by some recordings."""
 
+CUFFS = FittedCuffs(
+    log_stiffness=0.3,
+    log_stiffness_sd=0.1,
+    log_rotational_stiffness=-0.2,
+    log_rotational_stiffness_sd=0.3,
+    correlation=-0.5,
+    recordings=[FittedRecording(file="worn.mcap", sha256="1", seconds=60.0)],
+)
+"""Cuffs that some recording of an arm in the machine tells."""
+
 
 def made_twin(
     description: RigDescription,
     share: float = 0.2,
     has_motor_encoders: bool = True,
     gain_by_temperature: Sequence[FittedWarmGain] = (),
+    cuffs: Sequence[FittedCuffs] = (),
 ) -> StoredTwin:
     """Return a twin with the data sheet's values, and this share of their standard deviations."""
     lengths = settings_of_lengths(description, ())
@@ -48,7 +60,7 @@ def made_twin(
     covariance = share**2 * prior.covariance
     joints = description.joints
     whole = StoredTwin(
-        schema_version=2,
+        schema_version=3,
         identity=identity_of(description, "from recordings"),
         provenance=Provenance(
             at_utc=datetime(2026, 1, 1, tzinfo=UTC),
@@ -66,6 +78,7 @@ def made_twin(
         gears=[FittedGear(joint=joints[0], compliance_rad_per_Nm=1e-4, compliance_sd_rad_per_Nm=1e-6)],
         has_motor_encoders=has_motor_encoders,
         gain_by_temperature=list(gain_by_temperature),
+        cuffs=list(cuffs),
         joints=[FittedJoint(joint=joint, law="stribeck", **NUMBERS) for joint in joints],
         posterior=Posterior(
             per_joint=list(TWIN_PER_JOINT),

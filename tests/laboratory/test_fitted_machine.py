@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.made_twin import WARM_GAIN, made_twin, with_twin_in
+from tests.made_twin import CUFFS, WARM_GAIN, made_twin, with_twin_in
 
-from exograv.laboratory.fitted_machine import fitted_machine
+from exograv.laboratory.fitted_machine import fitted_cuffs, fitted_machine
 from exograv.laboratory.virtual_laboratory import draw_laboratory, machine_of, with_twin
 from exograv.model.description import load_rig
 from exograv.model.tree import is_physical
@@ -124,3 +124,26 @@ def test_viscous_friction_follows_the_power_of_the_speed(mean: Machine):
         speeds[power] = twin.truth.v[3]
     for power, speed in speeds.items():
         assert speed == pytest.approx(0.2 ** (1.0 / power), rel=0.1)
+
+
+def test_the_cuffs_of_the_simulated_wearer_are_those_of_rig_toml_times_the_drawn_factors(tmp_path: Path):
+    folder = str(with_twin_in(tmp_path / "mine", RIG, made_twin(RIG, cuffs=[CUFFS])))
+    usual = draw_laboratory(folder, None, 2, 5)
+    drawn = with_twin(usual, "fitted", GOOD, 5).wearer.cuffs
+    pull, twist = CUFFS.draw(5)
+    rows = [(1e3 * one.across_N_per_mm, 1e3 * one.along_N_per_mm) for one in RIG.settings.cuffs]
+    across, along = np.exp(np.log(rows).mean(axis=0))
+    np.testing.assert_allclose(drawn.stiffness[:3], np.array([across, across, along]) * pull)
+    turned = np.rad2deg([(one.about_others_Nm_per_deg, one.about_limb_Nm_per_deg) for one in RIG.settings.cuffs])
+    others, limb = np.exp(np.log(turned).mean(axis=0))
+    np.testing.assert_allclose(drawn.stiffness[3:], np.array([others, others, limb]) * twist)
+    assert drawn.damping == usual.wearer.cuffs.damping
+
+
+def test_softer_cuffs_of_a_day_stay_softer_and_a_twin_without_cuffs_changes_none():
+    usual = draw_laboratory("recupera_like", None, 2, 5).wearer.cuffs
+    softer = replace(usual, stiffness=0.8 * usual.stiffness)
+    whole = made_twin(RIG, cuffs=[CUFFS])
+    found = fitted_cuffs(RIG, whole, GOOD, softer, 5).stiffness
+    np.testing.assert_allclose(found, 0.8 * fitted_cuffs(RIG, whole, GOOD, usual, 5).stiffness)
+    assert fitted_cuffs(RIG, made_twin(RIG), GOOD, softer, 5) is softer

@@ -78,3 +78,28 @@ def test_a_measurement_that_is_not_believed_reaches_no_listener_and_moves_no_tor
     np.testing.assert_array_equal(bridged, [BAD_TICK])
     assert np.isnan(ticks["tau_desired"][BAD_TICK]).all()
     np.testing.assert_array_equal(ticks["sequence"], np.arange(len(rig.commands)))
+
+
+class Stepping(Standing):
+    """Machine whose every measurement is a step, as simulated drives that wait for the computer."""
+
+    def read(self) -> JointState:
+        self.ticks += 1
+        return super().read()
+
+    def write(self, command: Command) -> None:
+        self.commands.append(command)
+
+
+def test_a_phase_that_begins_takes_no_measurement_of_its_own(tmp_path: Path):
+    # A measurement without a tick is missing in the recording, and a replay would restart its filters there.
+    rig = Stepping(bad=0.6)
+    envelope = Envelope(Limits(np.full(2, 50.0), np.full(2, 5.0)), DT)
+    with RecordingWriter(tmp_path / "a.mcap", rig.joints, {}) as recording:
+        pilot = Pilot(rig, ActuatorGain(np.ones(2), np.full(2, 0.01)), envelope, recording)
+        for phase in ("first", "second", "third"):
+            pilot.begin(phase)
+            pilot.run(Carrying(), motion.hold(np.array([0.3, 0.6]), 0.02, DT), phase)
+    ticks = read_recording(tmp_path / "a.mcap").ticks
+    assert (np.diff(ticks["sequence"].astype(int)) == 1).all()
+    assert sorted(set(ticks["phase"].tolist())) == [1, 2, 3]

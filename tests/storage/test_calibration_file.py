@@ -18,6 +18,7 @@ from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.storage.calibration_file import (
     identity_of,
     read_calibration,
+    refuse_to_replace,
     refuse_unfit,
     take_calibration,
     write_calibration,
@@ -148,6 +149,49 @@ def test_a_foreign_calibration_is_refused(rig: RigDescription, keep: Callable[..
     path = keep(**{"machine": MACHINE} | changes) if "machine" not in changes else keep(machine=changes["machine"])
     with pytest.raises(ConfigError, match=message):
         refuse_unfit(path, read_calibration(path), rig, MACHINE, NOW)
+
+
+SIMULATED = "simulated, simulated, level 2, seed 3"
+TWIN = "twin, level 2, seed 3"
+REAL = "serial 8"
+
+
+@pytest.mark.parametrize(
+    ("stored_of", "present"), [(SIMULATED, TWIN), (REAL, MACHINE), (REAL, TWIN), (TWIN, SIMULATED)]
+)
+def test_the_advice_for_a_calibration_that_is_still_of_use_does_not_replace_it(
+    rig: RigDescription, keep: Callable[..., Path], stored_of: str, present: str
+):
+    path = keep(machine=stored_of)
+    make = f"exograv rig calibrate --seed 3 --calibration {path}"
+    with pytest.raises(ConfigError) as caught:
+        take_calibration(path, rig, present, NOW, make)
+    told = str(caught.value)
+    assert f"`exograv rig calibrate --seed 3 --calibration {path.with_stem('calibration_2')}`" in told
+    assert make not in told
+    assert ("simulated drives (--simulate)" in told) == ((stored_of, present) == (SIMULATED, TWIN))
+
+
+def test_a_calibration_of_another_draw_or_another_description_is_made_again_in_the_same_file(
+    rig: RigDescription, keep: Callable[..., Path]
+):
+    for other, changes in ((SIMULATED.replace("3", "4"), {}), (SIMULATED, {"rig_sha256": "ab" * 32})):
+        path = keep(machine=other, **changes)
+        with pytest.raises(ConfigError, match="Calibrate again: `exograv rig calibrate`"):
+            take_calibration(path, rig, SIMULATED, NOW)
+
+
+def test_a_calibration_of_a_real_machine_is_not_replaced_by_that_of_another_machine(keep: Callable[..., Path]):
+    path = keep(machine=REAL)
+    for machine in (MACHINE, TWIN, SIMULATED, "fitted twin 0123456789ab, seed 3"):
+        with pytest.raises(ConfigError, match="is the calibration of the machine 'serial 8'"):
+            refuse_to_replace(path, machine)
+    refuse_to_replace(path, REAL)
+    for machine in (TWIN, SIMULATED, "fitted twin 0123456789ab, seed 3"):
+        refuse_to_replace(keep(machine=machine), MACHINE)
+    refuse_to_replace(path.with_name("none.toml"), MACHINE)
+    path.write_text("damaged", encoding="utf-8")
+    refuse_to_replace(path, MACHINE)
 
 
 def test_a_calibration_of_last_month_is_stale(rig: RigDescription, keep: Callable[..., Path]):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.made_twin import WARM_GAIN, made_twin, with_twin_in
+from tests.made_twin import CUFFS, WARM_GAIN, made_twin, with_twin_in
 
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig
@@ -32,7 +32,7 @@ def test_a_file_of_version_1_is_read_with_encoders_on_the_motors_and_gains_that_
     older = sealed(whole.model_copy(update={"schema_version": 1}))
     path = folder / NAME
     write_twin(path, older)
-    added = ("has_motor_encoders", "gain_by_temperature")
+    added = ("has_motor_encoders", "gain_by_temperature", "cuffs")
     lines = path.read_text(encoding="utf-8").splitlines()
     path.write_text("\n".join(line for line in lines if not line.startswith(added)), encoding="utf-8")
     read = read_twin(load_rig(str(folder)))
@@ -46,6 +46,28 @@ def test_the_gain_by_temperature_is_read_as_it_was_written(tmp_path: Path):
     read = read_twin(load_rig(str(with_twin_in(tmp_path / "mine", RIG, warm))))
     assert read == warm
     assert read.gain_by_temperature == [WARM_GAIN]
+
+
+def test_a_file_of_version_2_is_read_without_cuffs(folder: Path, whole: StoredTwin):
+    older = sealed(whole.model_copy(update={"schema_version": 2}))
+    path = folder / NAME
+    write_twin(path, older)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join(line for line in lines if not line.startswith("cuffs")), encoding="utf-8")
+    read = read_twin(load_rig(str(folder)))
+    assert read == older
+    assert not read.cuffs
+
+
+def test_the_cuffs_are_read_as_they_were_written_and_drawn_as_their_covariance_says(tmp_path: Path):
+    read = read_twin(load_rig(str(with_twin_in(tmp_path / "mine", RIG, made_twin(RIG, cuffs=[CUFFS])))))
+    assert read.cuffs == [CUFFS]
+    draws = np.log([CUFFS.draw(seed) for seed in range(2000)])
+    sd = [CUFFS.log_stiffness_sd, CUFFS.log_rotational_stiffness_sd]
+    # 4.5 standard errors of a mean, and of a standard deviation, of 2000 draws.
+    assert (np.abs(draws.mean(axis=0) - CUFFS.mean()) < 0.1 * np.array(sd)).all()
+    np.testing.assert_allclose(draws.std(axis=0), sd, rtol=0.08)
+    assert np.corrcoef(draws.T)[0, 1] == pytest.approx(CUFFS.correlation, abs=0.08)
 
 
 def test_draws_have_the_mean_and_the_covariance_of_the_posterior(whole: StoredTwin):

@@ -10,6 +10,8 @@ from exograv.identification.core.physical import PhysicalProjection
 from exograv.model.description import RigDescription
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 from exograv.rig.twin.machine.machine import TrueDrives, TrueFriction, TrueSensors
+from exograv.rig.twin.wearer.wearer import Cuffs, usual_cuff_stiffness
+from exograv.storage.calibration_file import FITTED_TWIN
 from exograv.storage.twin_file import StoredTwin
 
 ROTOR_LEAST = 1e-4
@@ -24,7 +26,7 @@ GAIN_LEAST = 0.1
 
 def fitted_identity(whole: StoredTwin, seed: int) -> str:
     """Identity of a draw from a fitted twin, in place of a serial number."""
-    return f"fitted twin {whole.content_sha256[:12]}, seed {seed}"
+    return f"{FITTED_TWIN}{whole.content_sha256[:12]}, seed {seed}"
 
 
 def fitted_machine(
@@ -58,6 +60,40 @@ def fitted_machine(
         links=dict(zip(description.joints, phi, strict=True)),
         foreign=None,
     )
+
+
+def fitted_cuffs(
+    description: RigDescription, whole: StoredTwin, disturbances: Disturbances, cuffs: Cuffs, seed: int
+) -> Cuffs:
+    """Return a wearer's cuffs with the stiffness of a draw from the fitted twin; as they are if it has none.
+
+    The simulation has one stiffness for all cuffs: the geometric mean of those in `rig.toml` takes the drawn factors. A
+    person's own factors, of another day or of a foreign world, stay on top. Damping stays.
+
+    Args:
+        description: Machine as its folder describes it.
+        whole: Content of its `twin.toml`.
+        disturbances: Disturbances by which `cuffs` were drawn.
+        cuffs: Cuffs of the drawn wearer.
+        seed: Seed of the draw.
+    """
+    if not whole.cuffs:
+        return cuffs
+    pull, twist = whole.cuffs[0].draw(seed)
+    rows = [
+        [1e3 * one.across_N_per_mm] * 2 + [1e3 * one.along_N_per_mm]
+        + np.rad2deg([one.about_others_Nm_per_deg] * 2 + [one.about_limb_Nm_per_deg]).tolist()
+        for one in description.settings.cuffs
+    ]  # fmt: skip
+    own = cuffs.stiffness / usual_cuff_stiffness(disturbances)
+    return replace(cuffs, stiffness=own * _held_stiffness(np.array(rows)) * np.repeat([pull, twist], 3))
+
+
+def _held_stiffness(rows: Float[np.ndarray, "cuff 6"]) -> Float[np.ndarray, " 6"]:
+    """Geometric mean over the cuffs that hold a direction; 0 if none does."""
+    held = rows > 0.0
+    logarithms = np.log(np.where(held, rows, 1.0)).sum(axis=0) / np.maximum(held.sum(axis=0), 1)
+    return np.where(held.any(axis=0), np.exp(logarithms), 0.0)
 
 
 def _friction(value: dict[str, Float[np.ndarray, " joint"]], disturbances: Disturbances) -> TrueFriction:

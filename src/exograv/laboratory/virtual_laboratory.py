@@ -31,7 +31,7 @@ from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.calibration_file import twin_identity
 from exograv.storage.twin_file import read_twin
 
-from .fitted_machine import fitted_identity, fitted_machine
+from .fitted_machine import fitted_cuffs, fitted_identity, fitted_machine
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def machine_of(description: RigDescription, disturbances: Disturbances, seed: in
 def with_twin(
     laboratory: VirtualLaboratory, twin: TwinName, disturbances: Disturbances, seed: int
 ) -> VirtualLaboratory:
-    """Return the laboratory with the machine of this twin; the wearer stays.
+    """Return the laboratory with the machine of this twin, and its cuffs if it has them; the wearer stays.
 
     Raises:
         ConfigError: The machine has no fitted twin, and `twin` asks for it.
@@ -180,4 +180,8 @@ def with_twin(
         return laboratory
     whole = read_twin(laboratory.description)
     machine = fitted_machine(laboratory.description, whole, disturbances, seed)
-    return replace(laboratory, machine=machine, serial=fitted_identity(whole, seed))
+    wearer = laboratory.wearer
+    if whole.cuffs:
+        cuffs = fitted_cuffs(laboratory.description, whole, disturbances, wearer.cuffs, seed)
+        wearer = replace(wearer, cuffs=cuffs)
+    return replace(laboratory, machine=machine, wearer=wearer, serial=fitted_identity(whole, seed))

@@ -90,7 +90,7 @@ class Pilot:
     def begin(self, phase: Phase | str) -> None:
         """Note in the recording the phase of the ticks that follow."""
         if self.recording is not None:
-            self.recording.phase(self.rig.read().t, phase if isinstance(phase, str) else phase.recorded)
+            self.recording.phase(self.rig.t, phase if isinstance(phase, str) else phase.recorded)
 
     def run(
         self,
@@ -286,7 +286,7 @@ class Pilot:
         reason, recording = self.envelope.stop, self.recording
         text = reason.value if reason is not None else ""
         if recording is not None:
-            recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
+            recording.write("/event", self.rig.t, {"kind": "stop", "text": text})
         path = None if recording is None else recording.path
         finding = None if self.drift is None else self.drift.finding
         told = stopped_text(self.envelope, self.rig.joints, path, finding)

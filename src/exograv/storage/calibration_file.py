@@ -1,5 +1,8 @@
 """File `calibration.toml`: written completely or not at all, sealed by a hash, refused on another machine."""
 
+import itertools
+import shlex
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -22,6 +25,8 @@ FRICTION_AGE_MAX = timedelta(hours=12)
 CLOCK_ERROR = timedelta(minutes=10)
 """Largest time by which the clock that wrote a file may be ahead."""
 OPTION = "--calibration or --out"
+TWIN, FITTED_TWIN, SIMULATED = "twin, ", "fitted twin ", ", simulated"
+"""Begins of the identity of a twin without drives, drawn and fitted, and mark in that of simulated drives."""
 MAKE = "exograv rig calibrate"
 """Command that calibrates a machine, if the reader of the file does not know the options of this machine."""
 HEAD = """\
@@ -53,6 +58,25 @@ def refuse_other_than_calibration(path: Path) -> None:
     refuse_other_kind(path, StoredCalibration, HEAD, OPTION)
 
 
+def refuse_to_replace(path: Path, machine: str) -> None:
+    """Check before a run that the calibration of `machine` will not replace that of another real machine.
+
+    Simulated machines may replace each other. A file that cannot be read may be replaced.
+
+    Raises:
+        ConfigError: There is a calibration of another real machine.
+    """
+    try:
+        stored = read_calibration(path).identity
+    except ConfigError:
+        return
+    if stored.machine != machine and not is_virtual(stored.machine):
+        raise ConfigError(
+            f"{path} is the calibration of the machine '{stored.machine}' ({stored.rig}), and that of '{machine}' "
+            f"would replace it. Give another {OPTION}."
+        )
+
+
 def read_calibration(path: Path, make: str = MAKE) -> StoredCalibration:
     """Read a calibration file.
 
@@ -71,6 +95,39 @@ def _again(make: str) -> str:
     return f"Calibrate again: `{make}`."
 
 
+def _is_kept(stored: Identity, present: Identity) -> bool:
+    """Return True if the stored calibration is still of use, so that no advice may replace it.
+
+    That of another description of the same machine is of no use; that of a simulated machine is computed again.
+    """
+    if stored.model_copy(update={"rig_sha256": present.rig_sha256}) == present:
+        return False
+    return not is_virtual(stored.machine) or (SIMULATED in stored.machine) != (SIMULATED in present.machine)
+
+
+def _beside(path: Path, make: str) -> str:
+    """Return the advice to calibrate into a file beside `path`, which stays as it is."""
+    free = next(one for one in _names_beside(path) if not one.exists())
+    command = make.partition(" --calibration ")[0]
+    return f"Calibrate this machine into a file of its own: `{command} --calibration {shlex.quote(str(free))}`."
+
+
+def _names_beside(path: Path) -> Iterator[Path]:
+    return (path.with_stem(f"{path.stem}_{number}") for number in itertools.count(2))
+
+
+def _over_drives(stored: Identity, present: Identity) -> str:
+    """Return a sentence for a calibration over simulated drives that a command without drives cannot use."""
+    if SIMULATED not in stored.machine or not present.machine.startswith((TWIN, FITTED_TWIN)):
+        return ""
+    return "The file is of simulated drives (--simulate), and this command simulates a machine without drives. "
+
+
+def is_virtual(machine: str) -> bool:
+    """Return True for the identity of a machine that exists in simulation only: a twin, or simulated drives."""
+    return machine.startswith((TWIN, FITTED_TWIN)) or SIMULATED in machine
+
+
 def refuse_unfit(
     path: Path, whole: StoredCalibration, description: RigDescription, machine: str, now: datetime, make: str = MAKE
 ) -> None:
@@ -80,8 +137,9 @@ def refuse_unfit(
         ConfigError: The calibration is of another machine, too old, or from the future.
     """
     present, again = identity_of(description, machine), _again(make)
-    what_to_do = f"Give this machine's own file with --calibration. {again}"
-    refuse_other_machine(path, whole.identity, present, what_to_do)
+    own = f"Give this machine's own file with --calibration. {_over_drives(whole.identity, present)}"
+    is_kept = _is_kept(whole.identity, present)
+    refuse_other_machine(path, whole.identity, present, own + (_beside(path, make) if is_kept else again))
     joints = tuple(row.joint for row in whole.joints)
     if joints != description.joints:
         raise ConfigError(f"{path} has the joints {', '.join(joints)}; they must be {', '.join(description.joints)}.")
@@ -127,7 +185,7 @@ def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
 
 def twin_identity(level: int, seed: int, world: WorldName = "home") -> str:
     """Identity of a virtual machine, in place of a serial number."""
-    return f"twin, level {level}, seed {seed}{in_world(world)}"
+    return f"{TWIN}level {level}, seed {seed}{in_world(world)}"
 
 
 def in_world(world: WorldName) -> str:

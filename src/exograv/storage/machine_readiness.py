@@ -15,7 +15,7 @@ from exograv.rig.drives.settings import Drives
 
 from .bring_up_sheet import FILE as SHEET
 from .bring_up_sheet import passed_sheet
-from .calibration_file import GAIN_AGE_MAX, TakenCalibration, in_world, take_calibration
+from .calibration_file import GAIN_AGE_MAX, SIMULATED, TakenCalibration, in_world, take_calibration
 from .self_test_pass import FILE as PASS
 from .self_test_pass import MachineKey, valid_pass
 from .twin_file import read_twin
@@ -212,7 +212,7 @@ def serial_of(options: MachineOptions, drives: Drives) -> str:
     fitted = ""
     if options.twin == "fitted":
         fitted = f", twin {read_twin(load_rig(options.rig, options.side)).content_sha256[:12]}"
-    return f"{own}, simulated{fitted}, level {options.level}, seed {options.seed}{in_world(options.world)}"
+    return f"{own}{SIMULATED}{fitted}, level {options.level}, seed {options.seed}{in_world(options.world)}"
 
 
 def age_text(age: timedelta) -> str:

@@ -86,6 +86,31 @@ class FittedWarmGain(Settings):
     highest_C: float
 
 
+class FittedCuffs(Settings):
+    """Stiffness of the cuffs over that in `rig.toml`, by recordings of an arm in the machine; natural logarithms."""
+
+    log_stiffness: float
+    """Translation."""
+    log_stiffness_sd: NonNegativeFloat
+    log_rotational_stiffness: float
+    """Rotation."""
+    log_rotational_stiffness_sd: NonNegativeFloat
+    correlation: Annotated[float, Field(ge=-1.0, le=1.0)]
+    recordings: Annotated[list[FittedRecording], Field(min_length=1)]
+    """Recordings with an arm in the machine; their lengths are those of the identifications."""
+
+    def draw(self, seed: int) -> Float[np.ndarray, " 2"]:
+        """Draw the factors on the stiffness, in translation and in rotation [-]."""
+        first, second = np.random.default_rng([seed, CUFF_STREAM]).standard_normal(2)
+        second = self.correlation * first + np.sqrt(1.0 - self.correlation**2) * second
+        sd = np.array([self.log_stiffness_sd, self.log_rotational_stiffness_sd])
+        return np.exp(self.mean() + sd * [first, second])
+
+    def mean(self) -> Float[np.ndarray, " 2"]:
+        """Return both logarithms [-]."""
+        return np.array([self.log_stiffness, self.log_rotational_stiffness])
+
+
 class FittedJoint(Settings):
     """Joint with its drive and its sensors."""
 
@@ -144,9 +169,9 @@ class Posterior(Settings):
 class StoredTwin(Sealed):
     """Twin of a machine as its file `twin.toml` holds it."""
 
-    VERSION: ClassVar[int] = 2
-    OLDER: ClassVar[tuple[int, ...]] = (1,)
-    schema_version: Literal[1, 2]
+    VERSION: ClassVar[int] = 3
+    OLDER: ClassVar[tuple[int, ...]] = (1, 2)
+    schema_version: Literal[1, 2, 3]
     identity: Identity
     provenance: Provenance
     delay_ms: list[float]
@@ -162,11 +187,15 @@ class StoredTwin(Sealed):
     version 1 do not say it."""
     gain_by_temperature: list[FittedWarmGain] = Field(default_factory=list[FittedWarmGain])
     """Gains whose change with temperature the recordings tell; files of version 1 have none."""
+    cuffs: Annotated[list[FittedCuffs], Field(max_length=1)] = Field(default_factory=list[FittedCuffs])
+    """Cuffs, if a recording with an arm in the machine tells them; files of versions 1 and 2 have none."""
     joints: Annotated[list[FittedJoint], Field(min_length=1)]
     posterior: Posterior
 
     def _sealed_values(self) -> dict[str, Any]:
         content = super()._sealed_values()
+        if self.schema_version < 3:
+            del content["cuffs"]
         if self.schema_version == 1:
             del content["has_motor_encoders"], content["gain_by_temperature"]
         return content
@@ -185,8 +214,8 @@ class StoredTwin(Sealed):
         return mean + sd * (vectors @ (np.sqrt(np.maximum(values, 0.0)) * drawn))
 
 
-DRAW_STREAM = 34
-"""Number that separates the draws of the posterior from other draws of the same seed."""
+DRAW_STREAM, CUFF_STREAM = 34, 35
+"""Numbers that separate the draws of the posterior and of the cuffs from other draws of the same seed."""
 
 
 def write_twin(path: Path, whole: StoredTwin) -> None:

@@ -5,10 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.foreign_machines import ONE_AXIS, answered, task, written
 
 from exograv.live.on_drives.bring_up_command import BringUpResult, run_rig_test
 from exograv.live.options import RigTestOptions
 from exograv.model.description import load_rig
+from exograv.procedures.machine_tools.new_rig import new_rig
+from exograv.procedures.machine_tools.options import NewRigOptions
 from exograv.rig.twin import Disturbances, draw_machine
 
 
@@ -42,6 +45,25 @@ def test_drives_in_good_order_pass_every_step_and_weights_are_felt_within_the_li
     true = rig.nominal_gain / draw_machine(rig, Disturbances.at_level(2), 0).drives.gain
     felt = np.array([step.value for step in result.steps if "weighs" in step.name], dtype=float)
     np.testing.assert_allclose(felt, true, atol=0.06)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mass_kg", "upper_deg"), [(5.0, 0.0), (12.0, 40.0)])
+def test_a_light_running_machine_passes_at_its_limit_and_fails_if_it_outweighs_its_brakes(
+    tmp_path: Path, mass_kg: float, upper_deg: float
+):
+    text = ONE_AXIS.replace('<mass value="0.9"/>', f'<mass value="{mass_kg}"/>')
+    found = new_rig(NewRigOptions(written(tmp_path, text), tmp_path / "mine", side="right"))
+    drives = {
+        "drives.drive": ['"quasi_direct"'],
+        "actuators.range_deg": [f"[-120.0, {upper_deg}]", "[0.0, 130.0]"],
+    }
+    answered(found.folder, task("[-90.0, 25.0]", "[0.0, 110.0]") | drives)
+    result = brought_up(tmp_path / "out", rig=str(found.folder), level=2)
+    if upper_deg == 0.0:
+        assert result.passed
+    else:
+        assert "or too weakly for its weight" in failed(result)
 
 
 @pytest.mark.slow

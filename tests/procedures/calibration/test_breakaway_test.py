@@ -1,17 +1,31 @@
 """Breakaway test: a machine that differs from its files is refused with joint and value, without a runaway."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from tests.foreign_machines import ONE_AXIS, answered, task, written
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.errors import IdentificationError
+from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
+from exograv.errors import ConfigError, IdentificationError
+from exograv.identification.calibration.empty_checks import OFFSET_MAX
+from exograv.identification.calibration.empty_prior import COULOMB, usual_friction
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot
 from exograv.model.assembly import read_exoskeleton
-from exograv.model.description import load_rig
-from exograv.procedures.calibration.breakaway_checks import MOVED, refuse_restless, refuse_spring
-from exograv.procedures.calibration.breakaway_test import BreakawayTester, starting_posture
+from exograv.model.description import RigDescription, load_rig
+from exograv.model.tree import Tree
+from exograv.procedures.calibration.breakaway_checks import (
+    MOVED,
+    refuse_not_hanging,
+    refuse_restless,
+    refuse_spring,
+)
+from exograv.procedures.calibration.breakaway_test import BreakawayTester, held_torque, not_held, starting_posture
 from exograv.procedures.calibration.empty_run import EmptyRun
+from exograv.procedures.machine_tools.new_rig import new_rig
+from exograv.procedures.machine_tools.options import NewRigOptions
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.safety.envelope import Envelope
 
@@ -59,6 +73,16 @@ SLOW: dict[str, tuple[str, ...]] = {
     "encoder shifted": ("The encoder of joint 'elbow_flexion' reads +", "3° are allowed"),
     "gain for peak current": ("The gain of joint 'shoulder_abduction' is", "35% are allowed"),
 }
+
+
+def near_its_limit(folder: Path, upper_deg: float = 0.0) -> tuple[RigDescription, Tree]:
+    """Return a heavy machine with light friction whose first joint hangs at its limit."""
+    text = ONE_AXIS.replace('<mass value="0.9"/>', '<mass value="9.0"/>')
+    found = new_rig(NewRigOptions(written(folder, text), folder / "mine", side="right"))
+    drives = {"drives.drive": ['"quasi_direct"'], "actuators.range_deg": [f"[-120.0, {upper_deg}]", "[0.0, 130.0]"]}
+    answered(found.folder, task("[-90.0, 25.0]", "[0.0, 110.0]") | drives)
+    rig = load_rig(str(found.folder))
+    return rig, read_exoskeleton(rig)
 
 
 @pytest.mark.parametrize("case", QUICK)
@@ -113,6 +137,36 @@ def test_what_it_takes_to_push_a_joint_both_ways_is_its_breakaway_friction():
     assert found == pytest.approx(expected[3], rel=0.1)
     kept = run.sweeps()
     np.testing.assert_array_equal(np.sign(kept.v[kept.start, 3]), [1.0, -1.0])
+
+
+def refused_at(rig: RigDescription, tree: Tree, q: np.ndarray) -> str:
+    """Return the refusal of this reading [rad]; empty if it is accepted."""
+    try:
+        weight = not_held(tree, q, held_torque(rig, tree))
+        refuse_not_hanging(rig, starting_posture(tree), q, weight, weight_stiffness(tree, q))
+    except ConfigError as error:
+        return str(error)
+    return ""
+
+
+def test_a_joint_that_hangs_inside_the_margin_of_its_limit_is_accepted_where_it_hangs(tmp_path: Path):
+    rig, tree = near_its_limit(tmp_path)
+    free, usual = hanging_posture(tree, 0.0), usual_friction(rig, COULOMB)[0][0]
+    # By the URDF a motor has to lift this joint to the start, by more than friction and an encoder explain.
+    assert np.abs(held_torque(rig, tree)[0]) > usual + OFFSET_MAX * np.abs(weight_stiffness(tree, free)[0]).sum()
+    assert not refused_at(rig, tree, free)
+    assert not refused_at(rig, tree, starting_posture(tree))
+    for raised in (-0.3, 0.3):
+        assert "Let the machine hang" in refused_at(rig, tree, free + np.array([raised, 0.0]))
+
+
+def test_a_heavy_machine_with_light_friction_may_have_an_encoder_that_is_a_little_off(tmp_path: Path):
+    rig, tree = near_its_limit(tmp_path, upper_deg=40.0)
+    free, usual = hanging_posture(tree, 0.0), usual_friction(rig, COULOMB)[0][0]
+    off = free + np.array([0.8 * OFFSET_MAX, 0.0])
+    assert abs(carrying_torque(tree, off)[0]) > usual
+    assert not refused_at(rig, tree, off)
+    assert "an encoder that is off by 3°" in refused_at(rig, tree, free + np.array([4.0 * OFFSET_MAX, 0.0]))
 
 
 @pytest.mark.parametrize("stayed", [{}, {1.0: [0.4 * MOVED], -1.0: [1.4 * MOVED]}, {1.0: [1.2 * MOVED, 0.4 * MOVED]}])

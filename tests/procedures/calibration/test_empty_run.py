@@ -15,7 +15,15 @@ from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.motion import Trajectory
-from exograv.procedures.calibration.empty_run import WARMTH_EVENT, WARMTH_EVERY_S, EmptyRun
+from exograv.procedures.calibration.breakaway_test import starting_posture
+from exograv.procedures.calibration.empty_run import (
+    COOLED_C,
+    COOLING_MAX_S,
+    WARM_C,
+    WARMTH_EVENT,
+    WARMTH_EVERY_S,
+    EmptyRun,
+)
 from exograv.procedures.calibration.operator import ComputedOperator
 from exograv.recording import RecordingWriter, read_recording
 from exograv.rig.drive_status import DriveStatus
@@ -113,6 +121,56 @@ def test_drives_without_any_sensor_of_temperature_note_nothing(tmp_path: Path):
     blind.celsius = (float("nan"),) * 4
     assert not warmth_events(blind, tmp_path / "blind.mcap", [0.0])
     assert not warmth_events(Twin(RIG, machine, None, 0), tmp_path / "plain.mcap", [0.0])
+
+
+def cooling(celsius: Sequence[float], falls_C_per_s: float) -> tuple[float, np.ndarray]:
+    """Time for which a machine with these windings [°C] waits [s], and their temperatures then [°C]."""
+
+    class Cooling(Warm):
+        """Twin whose windings cool down at a constant rate."""
+
+        begun_s = 0.0
+
+        def status(self) -> tuple[DriveStatus, ...]:
+            """Return the status of each drive at the present time."""
+            fallen = falls_C_per_s * (self.t - self.begun_s)
+            return tuple(DriveStatus(True, temperature_C=value - fallen) for value in celsius)
+
+    tree, nominal = read_exoskeleton(RIG), RIG.nominal_gain
+    hanging = starting_posture(tree)
+    twin = Cooling(RIG, draw_machine(RIG, Disturbances.at_level(0), 0), None, 0, hanging)
+    twin.begun_s = twin.t
+    run = EmptyRun(RIG, tree, Pilot(twin, ActuatorGain(nominal, nominal), Envelope(limits(RIG), twin.period_s)))
+    run.cool(hanging)
+    return twin.t - twin.begun_s, np.array([drive.temperature_C for drive in twin.status()])
+
+
+def test_a_warm_motor_cools_down_before_the_next_pass():
+    waited, celsius = cooling([25.0, WARM_C + 1.0, 30.0, float("nan")], falls_C_per_s=2.0)
+    assert COOLED_C - 11.0 < celsius[1] <= COOLED_C
+    assert waited == pytest.approx((WARM_C + 1.0 - celsius[1]) / 2.0)
+
+
+@pytest.mark.parametrize("celsius", [[25.0, WARM_C, 30.0, 35.0], [float("nan")] * 4])
+def test_motors_that_are_not_warm_or_not_measured_are_not_waited_for(celsius: list[float]):
+    assert cooling(celsius, falls_C_per_s=0.0)[0] == 0.0
+
+
+@pytest.mark.slow
+def test_a_motor_that_never_cools_down_is_waited_for_some_minutes_only():
+    assert cooling([WARM_C + 1.0] * 4, falls_C_per_s=0.0)[0] == pytest.approx(COOLING_MAX_S, abs=1.0)
+
+
+def test_the_advice_for_a_hot_motor_names_a_lighter_weight_only_if_a_weight_hangs():
+    machine = draw_machine(RIG, Disturbances.at_level(0), 0)
+    hot = Warm(RIG, machine, None, 0)
+    hot.celsius = (101.0,) * 4
+    pilot = Pilot(hot, ActuatorGain(RIG.nominal_gain, RIG.nominal_gain), Envelope(limits(RIG), hot.period_s))
+    run = EmptyRun(RIG, read_exoskeleton(RIG), pilot)
+    assert "closer to hanging" in run._winding(0)
+    assert "lighter" not in run._winding(0)
+    run._hung[0, 0] = 1.0
+    assert "lighter weights" in run._winding(0)
 
 
 @pytest.mark.parametrize("period_ms", [1, 2, 4])

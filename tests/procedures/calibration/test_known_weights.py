@@ -11,9 +11,11 @@ from exograv.dynamics.at_rest import carrying_torque
 from exograv.errors import ConfigError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
+from exograv.procedures.bring_up.powered_steps import SPARE, bring_up_share
 from exograv.procedures.calibration.known_weights import (
     CARRIED_SHARE,
     carried_weight,
+    carrying_share,
     refuse_heavy_weights,
     weights_not_carried,
 )
@@ -63,3 +65,24 @@ def test_motors_too_weak_for_the_links_are_told_so_and_no_weight_is_advised():
     told = weights_not_carried(weak, TREE)
     assert told
     assert all("stronger motor" in sentence and "such as" not in sentence for sentence in told)
+
+
+def test_the_share_of_the_torque_at_rest_follows_from_links_weight_friction_and_motors():
+    whole, half = carrying_share(RIG, TREE), carrying_share(with_torque(0.5), TREE)
+    assert (half > 1.4 * whole).all()  # the usual friction of a weaker motor is lower
+    heavier = carrying_share(with_weights(RIG, [3.0, 4.0]), TREE)
+    assert (heavier >= whole).all()
+    torque = max(np.abs(carrying_torque(TREE, np.deg2rad(one.posture_deg))).max() for one in RIG.calibration.sweeps)
+    assert (whole * RIG.per_actuator("torque_max_Nm")).max() > torque
+    # Half of the torque, which a bring-up may use, suffices for this machine.
+    assert whole.max() < 0.5 / SPARE
+
+
+def test_a_heavy_machine_may_use_more_than_half_of_its_torque_in_a_bring_up_and_a_light_one_may_not():
+    for share, is_heavy in ((1.0, False), (0.5, True)):
+        rig = with_torque(share)
+        used = bring_up_share(rig, TREE)
+        assert (used >= 0.5).all()
+        assert (used <= 1.0).all()
+        assert bool((used > 0.5).any()) == is_heavy
+        assert (used >= np.minimum(carrying_share(rig, TREE), 1.0)).all()

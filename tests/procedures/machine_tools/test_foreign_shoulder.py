@@ -6,7 +6,7 @@ The files have the forms of exoskeletons that others have published (docs/result
 from pathlib import Path
 
 import pytest
-from tests.foreign_machines import answered, joint, link, robot, task, written
+from tests.foreign_machines import ONE_AXIS, answered, joint, link, robot, task, written
 
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
@@ -16,15 +16,6 @@ from exograv.procedures.machine_tools.check_rig.check_result import CheckResult
 from exograv.procedures.machine_tools.new_rig import new_rig
 from exograv.procedures.machine_tools.options import CheckOptions, NewRigOptions
 
-NO_LIMITS = "0.0 0.0 0.0 0.0"
-ONE_AXIS = robot(
-    "suit",
-    link("shoulder", 0.02),
-    link("upperArm", 0.9, "0 0 -0.2"),
-    link("lowerArm", 0.6, "0 0 -0.18"),
-    joint("shoulder_joint", ("shoulder", "upperArm"), "0 -0.16 1.05", "0 1 0", NO_LIMITS),
-    joint("elbow_joint", ("upperArm", "lowerArm"), "0 0 -0.29", "0 -1 0", NO_LIMITS),
-)
 COPIED = ' <inertial><origin xyz="0 0 -0.009"/><mass value="2.7"/><inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0"\
  ixz="0" iyz="0"/></inertial>'
 TWO_AXES = robot(

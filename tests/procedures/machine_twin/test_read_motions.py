@@ -1,6 +1,7 @@
 """Recordings of an empty machine are read from MCAP, CSV and ROS alike, divided at gaps, and refused with a reason."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -117,9 +118,11 @@ def ours(
     phase: str = "calibrate",
     warmth: tuple[str, ...] = (),
     worn_from: int = -1,
+    wearer: Mapping[str, object] | None = None,
 ) -> Path:
     """Write a recording of exograv in which a weight hangs from the middle on."""
-    with RecordingWriter(path, joints, {"rig": "recupera_like"}) as recording:
+    person = {} if wearer is None else {"wearer": dict(wearer)}
+    with RecordingWriter(path, joints, {"rig": "recupera_like", **person}) as recording:
         recording.phase(float(T[0]), phase)
         for k, t in enumerate(T.tolist()):
             if k == worn_from:
@@ -153,6 +156,18 @@ def test_the_time_with_an_arm_in_the_machine_is_left_out_and_told(tmp_path: Path
     assert recording.seconds == pytest.approx(2.2, abs=0.01)
     (recording,) = read_motions(RIG, [ours(tmp_path / "b.mcap")], {}, is_torque=False)
     assert recording.worn_s == 0.0
+
+
+def test_the_identification_of_an_arm_is_kept_with_the_body_data_of_the_person(tmp_path: Path):
+    wearer = {"height_m": 1.7, "mass_kg": 70.0, "sex": "male"}
+    paths = [ours(tmp_path / "a.mcap"), ours(tmp_path / "b.mcap", phase="identify", wearer=wearer)]
+    empty, worn = read_motions(RIG, paths, {}, is_torque=False)
+    assert empty.worn is None
+    assert not worn.motions
+    assert worn.worn is not None
+    assert worn.worn.wearer == wearer
+    assert worn.worn.seconds == pytest.approx(worn.worn_s, abs=0.01)
+    np.testing.assert_allclose(worn.worn.current, CURRENT)
 
 
 def test_a_recording_of_another_machine_is_refused(tmp_path: Path):

@@ -54,6 +54,7 @@ FIGURES = TwinFigures(
     gears=[GearFigures("elbow_flexion", 0.08, (0.07, 0.09))],
     has_motor_encoders=True,
     gain_by_temperature=[WarmGain(joint, None, None, None) for joint in JOINTS],
+    cuffs=[],
     warnings=["The residual of joint 'elbow_flexion' is large."],
     further_motion=["Record the elbow creeping."],
     designed_motion=FurtherMotion(Path("further_motion.toml"), 30.0, [ExpectedGain("elbow_flexion", "rotor", 0.5)]),

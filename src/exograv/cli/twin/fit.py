@@ -69,7 +69,7 @@ def show_fit(figures: "TwinFigures") -> None:
 
 
 def _sentences(figures: "TwinFigures") -> Iterator[str]:
-    """Yield delay, gains by temperature, encoders, warnings, and motions that would tell more."""
+    """Yield delay, gains by temperature, cuffs, encoders, warnings, and motions that would tell more."""
     if figures.delay_ms is not None and figures.delay_ci95_ms is not None:
         bandwidth = ", ".join("–" if value is None else f"{value:.0f}" for value in figures.bandwidth_Hz)
         low, high = figures.delay_ci95_ms
@@ -78,6 +78,12 @@ def _sentences(figures: "TwinFigures") -> Iterator[str]:
         if row.percent_per_C is not None and row.ci95_percent_per_C is not None:
             low, high = row.ci95_percent_per_C
             yield f"Gain of '{row.joint}': {row.percent_per_C:+.2f} %/°C (95 %: {low:+.2f} to {high:+.2f})."
+    for row in figures.cuffs:
+        low, high = row.ci95
+        yield (
+            f"Cuffs, {row.direction}: {row.factor:.2f} times the stiffness in rig.toml "
+            f"(95 %: {low:.2f} to {high:.2f}); the recordings tell {row.learned:.0%}."
+        )
     if not figures.has_motor_encoders:
         yield "The recordings hold no positions of the motors: the twin has no encoders on its motors."
     yield from (*figures.warnings, *figures.further_motion)

@@ -208,7 +208,7 @@ def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed)
     )
     kept = SampleCollector()
     person.listen(identifier)
-    person.warn(pilot.recording, pilot.rig.read().t)
+    person.warn(pilot.recording, pilot.rig.t)
     identifier.followers.append(kept)
     found = identify_arm(pilot, controller, identifier, person.motion_s)
     if not check.is_sure:
@@ -261,7 +261,7 @@ def unknown_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPasse
     if check.is_sure:
         _refuse_other_arm(check)
     belief, x, covariance = person.belief(machine), known.x, prior(assembly, machine)[1]
-    person.warn(pilot.recording, pilot.rig.read().t)
+    person.warn(pilot.recording, pilot.rig.t)
     if belief is not None:
         carried = arm_to_carry(Estimate(0.0, *belief, rejected_share=0.0, noise_scale=1.0), assembly, machine)
         if controller.publish(carried.x, pilot.q):

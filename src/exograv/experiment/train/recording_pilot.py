@@ -17,6 +17,6 @@ class RecordingPilot(Pilot):
             return
         if not self._is_noted and self.recording is not None:
             text = f"{reason.value} No motor is active, so the recording continues."
-            self.recording.write("/event", self.rig.read().t, {"kind": "warning", "text": text})
+            self.recording.write("/event", self.rig.t, {"kind": "warning", "text": text})
         # The guard can only be reset when the arm stands still. Until then every tick gets here.
         self._is_noted = not self.guard.reset()

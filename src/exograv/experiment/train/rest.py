@@ -35,7 +35,7 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
     learner = ready.learner = ready.learner or RestLearner(model, x, (x, np.array(person.covariance)))
     pilot.progress(begins_text(), 0.0)
     if pilot.recording is not None:
-        pilot.recording.write("/event", pilot.rig.read().t, {"kind": "rest begins", "text": str(begins_text())})
+        pilot.recording.write("/event", pilot.rig.t, {"kind": "rest begins", "text": str(begins_text())})
     ready.put_room(False)
     if pilot.worn is None:
         pilot.worn = PersonLimitsManager(pilot.envelope, controller.assembly, controller.machine, learner.x)
@@ -62,7 +62,7 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
     text = rest_text(learned, controller.assembly.description)
     pilot.progress(text, 1.0)
     if pilot.recording is not None:
-        pilot.recording.write("/event", pilot.rig.read().t, {"kind": "rest learning", "text": str(text)})
+        pilot.recording.write("/event", pilot.rig.t, {"kind": "rest learning", "text": str(text)})
     return _figures(learned, after_windows, is_taken, str(text))
 
 

@@ -63,7 +63,7 @@ def check_between(ready: Ready, after_windows: int, learns_again: bool) -> Check
     text = watch_text(judgement, is_taken)
     pilot.progress(text, 1.0)
     if pilot.recording is not None:
-        pilot.recording.write("/event", pilot.rig.read().t, {"kind": "session check", "text": str(text)})
+        pilot.recording.write("/event", pilot.rig.t, {"kind": "session check", "text": str(text)})
     return CheckedBetween(
         after_windows,
         _figures(judgement.changes),

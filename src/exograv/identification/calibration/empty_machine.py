@@ -64,7 +64,7 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
     refuse_wrong_weights(description, first)
     fit = model.fit(sweeps, model.prior, first)
     refuse_incredible(description, fit)
-    return _calibration(description, fit)
+    return calibration_of(description, fit)
 
 
 def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Calibration) -> Calibration:
@@ -76,7 +76,7 @@ def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Cal
     _refuse_unmoved(description, sweeps)
     model = EmptyMachine(description, tree)
     prior = as_it_was(description, model.prior, before)
-    found = _calibration(description, model.fit(sweeps, prior, model.fit(sweeps, prior))).machine
+    found = calibration_of(description, model.fit(sweeps, prior, model.fit(sweeps, prior))).machine
     friction, friction_sd = (
         replace(old, **{name: getattr(new, name) for name in CHANGING})
         for old, new in (
@@ -124,7 +124,7 @@ def _refuse_unmoved(description: RigDescription, sweeps: Sweeps) -> None:
             )
 
 
-def _calibration(description: RigDescription, fit: Fit) -> Calibration:
+def calibration_of(description: RigDescription, fit: Fit) -> Calibration:
     """Build the calibration from a fit; torques are in true N·m, not in nominal ones."""
     layout, theta = fit.prior.layout, fit.theta
     value = {name: theta[layout.of(name)] for name in PER_JOINT}

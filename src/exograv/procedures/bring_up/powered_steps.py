@@ -10,16 +10,18 @@ from exograv.control.exo_tick import most_damping
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
 from exograv.identification.calibration.empty_machine import GAIN_SD
+from exograv.identification.calibration.empty_prior import COULOMB, usual_friction
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.tick_sample import TickSample
 from exograv.model.description import JointSweep, RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import go_to, hold
-from exograv.procedures.calibration.breakaway_test import BreakawayTester
+from exograv.procedures.calibration.breakaway_test import BreakawayTester, starting_posture
 from exograv.procedures.calibration.calibrate import CHECK_WAY, SLOW, to_and_fro
-from exograv.procedures.calibration.empty_run import EmptyRun
-from exograv.procedures.calibration.known_weights import LOADED_NM
+from exograv.procedures.calibration.empty_run import TRAVEL, EmptyRun
+from exograv.procedures.calibration.known_weights import LOADED_NM, carrying_share
+from exograv.procedures.calibration.phase_texts import say
 from exograv.procedures.self_test.recording_rig import PoweredRecordingRig
 from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.opening import DrivenRig
@@ -34,7 +36,14 @@ from .hands import Hands
 from .unpowered_steps import WATCHDOG_WITHIN_MS, is_released
 
 LOW = 0.5
-"""Share of the motors' torque limit that a bring-up may use. The machine and one known weight need less."""
+"""Share of the motors' torque limit that a bring-up may use, if the machine and the lightest known weight need less."""
+
+LIGHT_RUNNING = 10.0
+"""Torque that carries the machine with the lightest known weight over usual friction, from which the machine is led to
+where it hangs after each step [-]. Harmonic drives have 9 at most; with fewer motions their steps take less time."""
+
+SPARE = 1.25
+"""Torque that a bring-up may use over that which carries a heavy machine with the lightest known weight [-]."""
 
 LED_SHARE = 0.7  # share of the tracking error at which the run stops
 GONE_SHARE, GONE_NM = 0.1, 0.7
@@ -47,6 +56,11 @@ FALLS_MAX_RAD_S = 1.5
 """Largest speed of a machine that its drives brake [rad/s]. In free fall the speed would be twice as high within the
 time watched."""
 
+FALLS = (
+    "The machine falls: without torque its drives do not brake, or too weakly for its weight. No person may be in it. "
+    "Use drives that brake more strongly (brake_Nms_per_rad in drives.toml is the measured damping), or carry a part "
+    "of the weight by springs or a counterweight."
+)
 LOADED_RAD = 0.6
 """Angle by which the machine is raised from the hanging posture, so that its motors carry a load [rad]."""
 
@@ -54,6 +68,11 @@ AFTER_S = 1.0
 SCALE_MAX = 0.15  # docs/explanation/safety.md, F09
 
 Rows = Float[np.ndarray, "tick joint"]
+
+
+def bring_up_share(description: RigDescription, tree: Tree) -> Float[np.ndarray, " joint"]:
+    """Share of the motors' torque limit that a bring-up may use (joint,) [-]: `LOW`, or more in a heavy machine."""
+    return np.clip(SPARE * carrying_share(description, tree), LOW, 1.0)
 
 
 class Logged(PoweredRecordingRig):
@@ -94,7 +113,10 @@ class PoweredSteps:
         self._gains = ActuatorGain(nominal, GAIN_SD * nominal)
         worn = limits(self.description)
         damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, self.tree))
-        self._limits = replace(worn, torque_max_Nm=LOW * worn.torque_max_Nm, damping_Nms_per_rad=damping)
+        share = bring_up_share(self.description, self.tree)
+        carried = carrying_share(self.description, self.tree) * self.description.per_actuator("torque_max_Nm")
+        self._falls_freely = bool((carried > LIGHT_RUNNING * usual_friction(self.description, COULOMB)[0]).any())
+        self._limits = replace(worn, torque_max_Nm=share * worn.torque_max_Nm, damping_Nms_per_rad=damping)
         self._brake = np.array([drive.brake_Nms_per_rad for drive in self.drives.each])
         self.log = Logged(self.line.rig)
         self.run = EmptyRun(self.description, self.tree, self._pilot(), self.hands.weights)
@@ -145,6 +167,7 @@ class PoweredSteps:
         path = to_and_fro(self.run, plan, SLOW, way=CHECK_WAY)
         name = self.description.joints[joint]
         self.run.pilot.run(self.run.controller, path, f"Moving {name}", listener)
+        self._hang()
         limit = LED_SHARE * float(np.rad2deg(self.run.astray_rad[joint]))
         what = f"'{name}' lags: its torque is lower than commanded, or its friction higher than usual for its drive."
         return [within(f"{name}: follows a slow motion within", float(np.rad2deg(farthest)), limit, "°", what)]
@@ -168,8 +191,7 @@ class PoweredSteps:
             Step("hardware stop under torque: heard by", bool(np.isfinite(heard)), "all" if np.isfinite(heard) else
                  "not all", "all", "drives", "" if np.isfinite(heard) else what),
             within("hardware stop under torque: motors off after", 1e3 * off, OFF_WITHIN_MS, "ms", what),
-            within("hardware stop under torque: sinks at", self._falls(heard), FALLS_MAX_RAD_S, "rad/s",
-                   "The machine falls: its drives do not brake without torque. No person may be in it."),
+            within("hardware stop under torque: sinks at", self._falls(heard), FALLS_MAX_RAD_S, "rad/s", FALLS),
         ]  # fmt: skip
 
     def falls_silent(self) -> list[Step]:
@@ -186,7 +208,7 @@ class PoweredSteps:
         off = self._gone(silent[0])
         return [
             within("watchdog under torque: motors off after", 1e3 * off, WATCHDOG_WITHIN_MS + 10.0, "ms", what),
-            within("watchdog under torque: sinks at", self._falls(silent[0]), FALLS_MAX_RAD_S, "rad/s", what),
+            within("watchdog under torque: sinks at", self._falls(silent[0]), FALLS_MAX_RAD_S, "rad/s", FALLS),
         ]
 
     def weighs(self, joint: int) -> list[Step]:
@@ -198,6 +220,7 @@ class PoweredSteps:
         self.run.load(mount, 0)
         loaded = self._pass(joint)
         self.run.load(mount, None)
+        self._hang()
         felt, expected = loaded[0] - without[0], loaded[1] - without[1]
         name = self.description.joints[joint]
         mass = self.description.calibration.weights_kg[0]
@@ -245,6 +268,16 @@ class PoweredSteps:
         goal = np.deg2rad(plan.posture_deg)
         goal[joint] = np.deg2rad(plan.from_deg) + np.copysign(beyond, plan.to_deg - plan.from_deg)
         self.run.follow(go_to(self.run.pilot.q.copy(), goal, SLOW, dt), text)
+
+    def _hang(self) -> None:
+        """Lead the machine to where it hangs, if its friction is light.
+
+        The next step begins without torque, and a raised machine would fall.
+        """
+        if not self._falls_freely:
+            return
+        home = go_to(self.run.pilot.q.copy(), starting_posture(self.tree), TRAVEL, self.run.pilot.rig.period_s)
+        self.run.follow(home, say("calibration.home"))
 
     def _raised(self, text: str, act: Callable[[float], None], seconds: float) -> None:
         """Raise the machine so that its motors carry a load, then call `act` and hold for `seconds` more."""

@@ -23,6 +23,9 @@ WATCHDOG_WITHIN_MS = 30.0  # docs/explanation/safety.md, F13
 QUIET_SHARE = 0.05  # allowed share of the rated current at zero command
 CREEP = np.deg2rad(1.0)
 ZERO_S, RELEASED_S = 0.5, 0.3
+SINKS_MAX_S, SINKS_MAX = 10.0, np.deg2rad(20.0)
+"""Longest time [s] and largest angle [rad] by which a machine may sink to where it hangs, when its drives let go. A
+drive that is off brakes, so that a joint with little friction hangs only after minutes."""
 
 
 def wiring(drives: Drives, torque_max: np.ndarray, gain: np.ndarray) -> list[Step]:
@@ -139,11 +142,19 @@ def is_released(line: BenchMachine, hands: Hands) -> tuple[bool, bool]:
 
 
 def zero_torque(line: BenchMachine) -> list[Step]:
-    """Switch all motors on at zero torque: no current may flow and no joint may move."""
+    """Switch all motors on at zero torque: no current may flow, and no joint may move after it has sunk."""
     line.rig.enable()
+    begun = line.rig.t
     found, _ = line.watch(ZERO_S)
-    share = np.abs(currents(found).mean(axis=0)) / line.rated
-    way = np.abs(positions(found) - positions(found)[0]).max(axis=0)
+    first = found[0].state.q.copy()
+    while True:
+        share = np.abs(currents(found).mean(axis=0)) / line.rated
+        way = np.abs(positions(found) - positions(found)[0]).max(axis=0)
+        sinks = way.max() > CREEP and share.max() <= QUIET_SHARE  # without current only its weight moves a joint
+        sunk = np.abs(found[-1].state.q - first).max()
+        if not sinks or sunk > SINKS_MAX or line.rig.t - begun > SINKS_MAX_S:
+            break
+        found, _ = line.watch(ZERO_S)
     flows, creeps = int(share.argmax()), int(way.argmax())
     names = line.rig.joints
     return [

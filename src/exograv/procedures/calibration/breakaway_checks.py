@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError, IdentificationError
+from exograv.identification.calibration.empty_checks import OFFSET_MAX
 from exograv.identification.calibration.empty_prior import COULOMB, usual_friction
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
@@ -85,20 +86,31 @@ def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> N
             )
 
 
-def refuse_not_hanging(description: RigDescription, hanging: Joints, q: Joints, weight: Joints) -> None:
+def refuse_not_hanging(
+    description: RigDescription,
+    hanging: Joints,
+    q: Joints,
+    weight: Joints,
+    stiffness: Float[np.ndarray, "joint joint"],
+) -> None:
     """Refuse a posture `q` [rad] in which the torque by the machine's `weight` (joint,) [N·m] exceeds friction.
+
+    Encoders may be off by `OFFSET_MAX`. In a heavy machine such an offset looks like more torque than light friction
+    holds: `stiffness` is the derivative of the weight's torque by the posture [N·m/rad].
 
     Raises:
         ConfigError: Friction could not hold the machine there, so the readings are wrong.
     """
+    off = OFFSET_MAX * np.abs(stiffness).sum(axis=1)
     for joint, (name, usual) in enumerate(
         zip(description.joints, usual_friction(description, COULOMB)[0], strict=True)
     ):
-        if abs(weight[joint]) > usual:
+        if abs(weight[joint]) > usual + off[joint]:
             raise ConfigError(
                 f"By its encoders the machine's weight gives {weight[joint]:+.1f} N·m at joint '{name}', which reads "
                 f"{np.rad2deg(q[joint]):.1f}° (hanging by the URDF: {np.rad2deg(hanging[joint]):.0f}°). Friction "
-                f"holds {usual:g} N·m. Let the machine hang, empty, before it is calibrated. If it hangs, this "
+                f"holds {usual:g} N·m, and an encoder that is off by {np.rad2deg(OFFSET_MAX):.0f}° explains "
+                f"{off[joint]:.1f} N·m more. Let the machine hang, empty, before it is calibrated. If it hangs, this "
                 "encoder is reversed, has another zero, or is swapped with another."
             )
 

@@ -62,6 +62,18 @@ def held_torque(description: RigDescription, tree: Tree) -> Joints:
     return np.where(np.abs(weight) > HELD * usual_friction(description, COULOMB)[0], weight, 0.0)
 
 
+def not_held(tree: Tree, q: Joints, held: Joints) -> Joints:
+    """Torque (joint,) [N·m] that friction must hold at the reading `q` [rad] before any motion.
+
+    Of a joint that rests near its limit, the starting posture is farther inside: `held` then lifts the joint to it, and
+    friction must hold the joint either with `held` or, where it hangs by itself now, without.
+    """
+    weight = carrying_torque(tree, q)
+    lower, upper = np.array([[joint.lower, joint.upper] for joint in tree.joints]).T
+    is_near = (lower - MARGIN <= q) & (q <= upper + MARGIN)
+    return np.where(is_near & (np.abs(weight) < np.abs(weight - held)), weight, weight - held)
+
+
 class BreakawayPush:
     """Controller without feedback: carries the model's weight where friction would not, and pushes one joint."""
 
@@ -98,8 +110,9 @@ class BreakawayTester:
         hanging, q = starting_posture(run.tree), run.pilot.q.copy()
         # No feedback here: a reversed encoder could make it drive the machine away.
         self._push = BreakawayPush(held_torque(run.description, run.tree))
-        refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
-        self._stiffness = np.diag(weight_stiffness(run.tree, q))
+        stiffness, held = weight_stiffness(run.tree, q), self._push.tau_feedforward
+        refuse_not_hanging(run.description, hanging, q, not_held(run.tree, q, held), stiffness)
+        self._stiffness = np.diag(stiffness)
         self._speed = 0.0
         self._stayed = dict[float, list[float]]()
         """Displacements that remained after a push [rad], by direction of the push."""

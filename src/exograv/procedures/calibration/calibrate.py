@@ -14,7 +14,7 @@ from exograv.rig import Powered
 from .breakaway_checks import refuse_before_motion
 from .breakaway_test import BreakawayTester, starting_posture
 from .empty_motion import empty_motion
-from .empty_run import EmptyRun
+from .empty_run import TRAVEL, EmptyRun
 from .operator import Operator
 from .phase_texts import say
 
@@ -23,7 +23,6 @@ SLOW, FAST = 0.3, 0.9  # rad/s: two speeds separate Coulomb from viscous frictio
 CREEP, CREEP_WAY = 0.16, 0.35  # largest speed [rad/s] and length [rad]
 CHECK_WAY = 0.6  # rad: length of the slow pass of a re-check
 SWEEP_PARTS = 2  # duration of the sweeps without a weight, in units of the pass with one weight
-TRAVEL = 0.8  # rad/s between sweeps
 
 
 def calibrate_machine(
@@ -41,13 +40,15 @@ def calibrate_machine(
     refuse_before_motion(description, tree, pilot.rig)
     run = EmptyRun(description, tree, pilot, operator)
     BreakawayTester(run).nudge()
-    plans = description.calibration.sweeps
+    plans, hanging = description.calibration.sweeps, starting_posture(tree)
     for i, plan in enumerate(plans):
         weights = description.calibration.weights_kg
         which = {"joint": plan.joint, "number": i + 1, "of": len(plans), "parts": SWEEP_PARTS + len(weights)}
+        run.cool(hanging)
         run.follow(to_and_fro(run, plan, SLOW, FAST, CREEP), say("calibration.sweep", **which, span=SWEEP_PARTS))
         mount = plan.mount or description.calibration.mount
         for weight, mass in enumerate(weights):
+            run.cool(hanging)
             run.load(mount, weight)
             run.follow(
                 to_and_fro(run, plan, SLOW),
@@ -55,6 +56,7 @@ def calibrate_machine(
             )
         run.load(mount, None)
     if motion is not None:
+        run.cool(hanging)
         run.follow(empty_motion(motion, pilot.q.copy(), pilot.rig.period_s), say("calibration.motion"))
     check_passes(run)
     lead_home(run)
@@ -86,8 +88,9 @@ def lead_home(run: EmptyRun) -> None:
 
 def check_passes(run: EmptyRun) -> None:
     """Move every joint slowly and fast, both ways, without weights, to measure its friction."""
-    plans = run.description.calibration.sweeps
+    plans, hanging = run.description.calibration.sweeps, starting_posture(run.tree)
     for i, plan in enumerate(plans):
+        run.cool(hanging)
         text = say("calibration.friction", joint=plan.joint, number=i + 1, of=len(plans))
         run.follow(to_and_fro(run, plan, SLOW, FAST, way=CHECK_WAY), text)
 

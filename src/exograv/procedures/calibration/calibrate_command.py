@@ -19,6 +19,7 @@ from exograv.storage.calibration_file import (
     identity_of,
     read_calibration,
     refuse_other_than_calibration,
+    refuse_to_replace,
     take_calibration,
     write_calibration,
 )
@@ -96,7 +97,7 @@ def calibrate_and_keep(
         now: Wall-clock time; the current time if None.
 
     Raises:
-        ConfigError: The rig or the stored file cannot be used.
+        ConfigError: The rig or the stored file cannot be used, or the file is that of another real machine.
         IdentificationError: The machine is not as described.
         RigError: The envelope stopped the run.
     """
@@ -112,6 +113,7 @@ def calibrate_and_keep(
     else:
         refuse_heavy_weights(description, adjusted(read_exoskeleton(description), description, lengths))
     with connect(description) as machine:
+        refuse_to_replace(file, machine.serial)
         if options.recheck:
             before = take_calibration(file, description, machine.serial, now, make).whole
             calibration, t = machine.recheck(before.calibration(), before.measured.lengths_m)

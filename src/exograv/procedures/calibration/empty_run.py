@@ -16,7 +16,7 @@ from exograv.loop.pilot import Pilot
 from exograv.loop.tick_sample import TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
-from exograv.motion import Trajectory, hold
+from exograv.motion import Trajectory, go_to, hold
 from exograv.rig import Powered
 from exograv.safety.stops import StopReason
 
@@ -36,8 +36,17 @@ WARMTH_EVENT, WARMTH_EVERY_S = "temperature", 5.0
 They change within minutes."""
 HOT_C = 80.0
 """Temperature of a winding from which a message states it [°C]: that of a usual motor at its rated current."""
+WARM_C, COOLED_C = 55.0, 40.0
+"""Temperature of a winding from which no pass begins, and temperature at which the machine goes on [°C]. One pass at
+twice the rated current heats the winding of a small motor by 40 °C, and drives give less torque from about 95 °C on."""
+COOLING_MAX_S, COOLING_STEP_S = 300.0, 5.0
+"""Longest wait for a winding to cool down, and time between two looks at it [s]. A motor that is no cooler then stands
+in a warm room, or carries load in the hanging posture."""
 LOWER_STEP_S = 0.02  # between two steps in which a weight is lowered
 WAIT_S = 0.1  # between two checks whether the operator is ready
+TRAVEL = 0.8
+"""Speed of the machine between two postures [rad/s]."""
+CLOSER = "give the sweep a posture_deg in rig.toml in which this joint is closer to hanging"
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -157,24 +166,57 @@ class EmptyRun:
         if weight is not None:
             self._hung[k, weight] = 1.0
 
+    def cool(self, posture: Joints) -> None:
+        """Move to `posture` [rad] and wait there until no winding is warm. Drives without a sensor are not waited for.
+
+        Args:
+            posture: Posture in which the machine hangs, so that its motors carry little (joint,) [rad].
+
+        Raises:
+            As `follow`.
+        """
+        joint, celsius = self._warmest()
+        if not celsius > WARM_C:
+            return
+        dt = self.pilot.rig.period_s
+        text = say("calibration.cool", motor=self.description.joints[joint], celsius=f"{celsius:.0f}")
+        self.follow(go_to(self.pilot.q.copy(), posture, TRAVEL, dt), text)
+        for _ in range(round(COOLING_MAX_S / COOLING_STEP_S)):
+            if self._warmest()[1] <= COOLED_C:
+                return
+            self.follow(hold(posture, COOLING_STEP_S, dt), text)
+
+    def _warmest(self) -> tuple[int, float]:
+        """Return the joint with the warmest winding and its temperature [°C]; NaN without a sensor."""
+        celsius = self._temperatures()
+        if np.isnan(celsius).all():
+            return 0, np.nan
+        joint = int(np.nanargmax(celsius))
+        return joint, float(celsius[joint])
+
+    def _temperatures(self) -> Joints:
+        """Temperatures of the windings (joint,) [°C]; NaN where a drive does not measure it."""
+        rig = self.pilot.rig
+        if not isinstance(rig, Powered):
+            return np.full(len(self.description.joints), np.nan)
+        return np.array([drive.temperature_C for drive in rig.status()])
+
     def _winding(self, joint: int) -> str:
         """Return a sentence with the temperature of a hot winding, which a drive protects by less torque."""
-        rig = self.pilot.rig
-        celsius = rig.status()[joint].temperature_C if isinstance(rig, Powered) else np.nan
+        celsius = self._temperatures()[joint]
         if celsius < HOT_C or np.isnan(celsius):
             return ""
-        return (
-            f" Its motor is at {celsius:.0f} °C: the drive may give less torque. Let it cool down, and use lighter "
-            "weights (calibration.weights_kg in rig.toml)."
-        )
+        # Without a weight the links alone are too much for this motor in this posture.
+        lighter = "use lighter weights (calibration.weights_kg in rig.toml)" if self._hung.any() else CLOSER
+        return f" Its motor is at {celsius:.0f} °C: the drive may give less torque. Let it cool down, and {lighter}."
 
     def _record_warmth(self, t: float) -> None:
         """Note the temperatures of the windings in the recording, if the drives measure them."""
         self._warmth_next_s = t + WARMTH_EVERY_S
-        rig, recording = self.pilot.rig, self.pilot.recording
-        if recording is None or not isinstance(rig, Powered):
+        recording = self.pilot.recording
+        if recording is None:
             return
-        celsius = [drive.temperature_C for drive in rig.status()]
+        celsius = self._temperatures()
         if np.isfinite(celsius).any():
             text = " ".join(f"{value:.1f}" for value in celsius)
             recording.write("/event", t, {"kind": WARMTH_EVENT, "text": text})

@@ -89,6 +89,21 @@ def carried_weight(description: RigDescription, tree: Tree, sweep: JointSweep) -
     return CarriedWeight(mount, max(float(limits.min()), 0.0), description.joints[joint], float(torque_max[joint]))
 
 
+def carrying_share(description: RigDescription, tree: Tree) -> Float[np.ndarray, " joint"]:
+    """Share of the motors' largest torque for links, friction and the lightest known weight in all sweeps [-].
+
+    By the links of the URDF and usual friction; 0 for a joint without a motor.
+    """
+    kg, most = min(description.calibration.weights_kg), np.zeros(len(description.joints))
+    for sweep in description.settings.sweeps:
+        postures = _postures(description, sweep)
+        links = np.array([carrying_torque(tree, q) for q in postures])
+        carried = links + kg * _torque_per_kg(tree, _mount(description, sweep), postures)
+        most = np.maximum(most, np.maximum(np.abs(links), np.abs(carried)).max(axis=0))
+    share = (most + usual_friction(description, COULOMB)[0]) / description.per_actuator("torque_max_Nm")
+    return np.nan_to_num(share)
+
+
 def weights_not_carried(description: RigDescription, tree: Tree) -> list[str]:
     """Return a sentence for each sweep in which the motors do not carry the heaviest known weight."""
     told = list[str]()

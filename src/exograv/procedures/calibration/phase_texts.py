@@ -13,6 +13,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "calibration.sweep": "Calibrating the empty machine: {joint} ({number}/{of})",
         "calibration.weight": "Calibrating the empty machine: {joint} ({number}/{of}), {weight} kg",
         "calibration.hang": "Hanging {weight} kg",
+        "calibration.cool": "Waiting until the motor of {motor} has cooled down from {celsius} °C",
         "calibration.friction": "Friction as it is now: {joint} ({number}/{of})",
         "calibration.motion": "Moving the empty machine as the motion file says",
         "calibration.home": "Moving the machine to its hanging posture",

@@ -148,13 +148,13 @@ def identify_arm(
     pilot.begin(IDENTIFICATION)
     for part in chain([path], parts):
         pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
-    result = identifier.finish(pilot.rig.read().t)
+    result = identifier.finish(pilot.rig.t)
     carried, told = result.decided, ("implausible arm", IMPLAUSIBLE)
     if controller.publish(carried.x, pilot.q):
         worn.know(carried.x)
         told = "carried in part", carried_text(carried, assembly.description.joints, result.last.t)
     if pilot.recording is not None and told[1]:
-        pilot.recording.write("/event", pilot.rig.read().t, {"kind": told[0], "text": told[1]})
+        pilot.recording.write("/event", pilot.rig.t, {"kind": told[0], "text": told[1]})
     return result
 
 

@@ -89,7 +89,7 @@ def sensing(rig: Rig) -> CuffSensing:
 
 def _now(pilot: Pilot) -> float:
     """Time on the rig's clock [s]."""
-    return pilot.rig.read().t
+    return pilot.rig.t
 
 
 def _rest_from(

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import __version__
+from exograv.identification.calibration.empty_machine import calibration_of
 from exograv.identification.machine_twin.axis_inertia import axis_inertia
 from exograv.identification.machine_twin.friction_laws import LAWS
 from exograv.identification.machine_twin.gain_temperature import GainByTemperature
@@ -21,6 +22,7 @@ from exograv.procedures.calibration.breakaway_checks import refuse_joints_withou
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.report.figures.twin_fit_data import (
     AxisInertia,
+    CuffFigures,
     FittedParameter,
     FurtherMotion,
     GearFigures,
@@ -35,6 +37,7 @@ from exograv.storage.sealed_file import refuse_other_kind, sealed
 from exograv.storage.twin_file import (
     HEAD,
     NAME,
+    FittedCuffs,
     FittedDrive,
     FittedGear,
     FittedJoint,
@@ -49,6 +52,7 @@ from exograv.storage.twin_file import (
 from .further_motion import MOTION, further_motion, write_further_motion
 from .options import TwinFitOptions
 from .read_motions import ReadRecording, read_motions
+from .worn_cuffs import WORN_LEAST_S, WornCuffs, worn_cuffs
 
 DIGITS = 9
 """Significant digits of the stored numbers [-]."""
@@ -102,13 +106,15 @@ def fit_and_write(
     motions = tuple(motion for recording in recordings for motion in recording.motions)
     tree = adjusted(read_exoskeleton(description), description, lengths)
     found = fit_machine(description, tree, motions, progress)
-    whole = stored_twin(description, found, recordings, lengths, now)
+    progress("Fitting the cuffs", 0.85)
+    cuffs = worn_cuffs(description, calibration_of(description, found.fit).machine, recordings)
+    whole = stored_twin(description, found, recordings, lengths, now, cuffs)
     copy_machine(description, folder)
     write_twin(folder / NAME, whole)
     axes = axis_inertia(tree, found.fit)
     progress("Designing further motion", 0.9)
     motion = write_further_motion(folder / MOTION, description, tree, found, shown_parameters(description, found))
-    figures = _figures(description, found, recordings, axes, motion)
+    figures = _figures(description, found, recordings, axes, motion, cuffs)
     from exograv.report.of_recording.twin_report import write_twin_report  # Matplotlib: 0.4 s
 
     report = write_twin_report(figures, out / REPORT.format(rig=description.name))
@@ -129,6 +135,7 @@ def stored_twin(
     recordings: tuple[ReadRecording, ...],
     lengths: Mapping[str, float],
     now: datetime,
+    cuffs: WornCuffs | None = None,
 ) -> StoredTwin:
     """Return the fit in the form of the file."""
     layout, response = found.fit.prior.layout, found.response
@@ -147,7 +154,7 @@ def stored_twin(
     ]
     delay_ms = _short(1e3 * np.array([response.delay_s, response.delay_sd_s]))
     whole = StoredTwin(
-        schema_version=2,
+        schema_version=3,
         identity=identity_of(description, "from recordings"),
         provenance=Provenance(
             at_utc=now,
@@ -157,6 +164,7 @@ def stored_twin(
             recordings=[
                 FittedRecording(file=one.path.name, sha256=one.sha256, seconds=round(one.seconds, 3))
                 for one in recordings
+                if one.motions
             ],
         ),
         delay_ms=delay_ms if drives else [],
@@ -173,6 +181,7 @@ def stored_twin(
         ],
         has_motor_encoders=found.has_motor_encoders,
         gain_by_temperature=_warm_rows(description, found.warmth),
+        cuffs=[] if cuffs is None else [_cuff_row(cuffs)],
         joints=_joint_rows(description, found),
         posterior=Posterior(
             per_joint=list(layout.per_joint),
@@ -182,6 +191,22 @@ def stored_twin(
         ),
     )
     return sealed(whole)
+
+
+def _cuff_row(cuffs: WornCuffs) -> FittedCuffs:
+    (stiffness, rotation), sd = _short(cuffs.mean), cuffs.sd
+    stiffness_sd, rotation_sd = _short(sd)
+    return FittedCuffs(
+        log_stiffness=stiffness,
+        log_stiffness_sd=stiffness_sd,
+        log_rotational_stiffness=rotation,
+        log_rotational_stiffness_sd=rotation_sd,
+        correlation=float(np.clip(cuffs.covariance[0, 1] / (sd[0] * sd[1]), -1.0, 1.0)),
+        recordings=[
+            FittedRecording(file=one.path.name, sha256=one.sha256, seconds=round(seconds, 3))
+            for one, seconds in zip(cuffs.recordings, cuffs.seconds, strict=True)
+        ],
+    )
 
 
 def _warm_rows(description: RigDescription, warmth: GainByTemperature) -> list[FittedWarmGain]:
@@ -240,6 +265,7 @@ def _figures(
     recordings: tuple[ReadRecording, ...],
     axes: tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]],
     motion: FurtherMotion,
+    cuffs: WornCuffs | None,
 ) -> TwinFigures:
     validation, response = found.validation, found.response
     rows = zip(
@@ -277,7 +303,8 @@ def _figures(
         has_motor_encoders=found.has_motor_encoders,
         gain_by_temperature=_warm_gains(description, found.warmth),
         bandwidth_Hz=[value if np.isfinite(value) else None for value in response.bandwidth_Hz.tolist()],
-        warnings=_warnings(description, found) + _worn(recordings),
+        cuffs=[] if cuffs is None else _cuff_figures(cuffs),
+        warnings=_warnings(description, found) + _worn(recordings, cuffs),
         further_motion=further_motion(description, found, axes),
         designed_motion=motion,
     )
@@ -347,13 +374,26 @@ def _warnings(description: RigDescription, found: MachineFit) -> list[str]:
     return told
 
 
-def _worn(recordings: tuple[ReadRecording, ...]) -> list[str]:
+def _cuff_figures(cuffs: WornCuffs) -> list[CuffFigures]:
+    rows = zip(("translation", "rotation"), cuffs.mean.tolist(), cuffs.sd.tolist(), cuffs.learned.tolist(), strict=True)
+    return [
+        CuffFigures(
+            name,
+            float(np.exp(mean)),
+            (float(np.exp(mean - 1.96 * sd)), float(np.exp(mean + 1.96 * sd))),
+            round(learned, 3),
+        )
+        for name, mean, sd, learned in rows
+    ]
+
+
+def _worn(recordings: tuple[ReadRecording, ...], cuffs: WornCuffs | None) -> list[str]:
     seconds = sum(one.worn_s for one in recordings)
-    if seconds == 0.0:
+    if seconds == 0.0 or cuffs is not None:
         return []
     return [
-        f"{seconds:.0f} s with an arm in the machine are left out. Stiffness and damping of the cuffs are not fitted: "
-        "they stay those of rig.toml."
+        f"{seconds:.0f} s with an arm in the machine are left out. The cuffs are not fitted, because no identification "
+        f"of an arm of {WORN_LEAST_S:g} s or more is among them: in the twin they are those of any machine."
     ]
 
 

@@ -24,7 +24,7 @@ class TwinFitOptions(Options):
         default=tyro.MISSING
     )
     """Recordings of the empty machine in motion: exograv's MCAP, CSV with named columns, ROS recordings, or LeRobot
-    datasets."""
+    datasets. An MCAP in which the machine identifies an arm tells the cuffs."""
 
     side: SideOption = None
 

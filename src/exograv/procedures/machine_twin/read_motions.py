@@ -1,4 +1,7 @@
-"""Recordings of an empty machine from several sources: exograv's MCAP, CSV with named columns, ROS, LeRobot."""
+"""Recordings of a machine from several sources: exograv's MCAP, CSV with named columns, ROS, LeRobot.
+
+All are of the empty machine, but exograv's own may also hold the identification of an arm.
+"""
 
 import csv
 import hashlib
@@ -6,6 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -39,6 +43,9 @@ WORN = frozenset(
 )  # fmt: skip
 """Phases of a recording in which an arm is in the machine; their ticks are left out."""
 
+IDENTIFIES = "identify"
+"""Phase in which the machine moves a relaxed arm to identify it."""
+
 ASKED_TORQUES = ("tau_commanded", "torque_commanded", "commanded_torque", "tau_cmd", "target_torque", "tau_desired")
 ASKED_CURRENTS = ("current_commanded", "i_commanded", "current_asked", "commanded_current", "i_cmd", "target_current")
 TEMPERATURES = ("temperature", "motor_temperature", "winding_temperature", "temperature_c", "temp")
@@ -56,18 +63,46 @@ NEEDED = "time, q of each joint, and current or tau of each joint"
 
 
 @dataclass(frozen=True)
+class WornMotion:
+    """Identification of an arm in a recording."""
+
+    wearer: Mapping[str, Any]
+    """Body data of the person, as the recording states them; empty if it does not."""
+
+    period_s: float
+    """Time between two ticks [s]."""
+
+    q: Float[np.ndarray, "tick joint"]
+    """Measured positions [rad]."""
+
+    current: Float[np.ndarray, "tick joint"]
+    """Measured currents [A]."""
+
+    pieces: tuple[tuple[int, int], ...]
+    """First tick and tick after the last one of each piece without a gap."""
+
+    @property
+    def seconds(self) -> float:
+        """Length of all pieces [s]."""
+        return self.period_s * sum(end - begin for begin, end in self.pieces)
+
+
+@dataclass(frozen=True)
 class ReadRecording:
-    """Content of one recording of an empty machine."""
+    """Content of one recording."""
 
     path: Path
     motions: tuple[MeasuredMotion, ...]
-    """Pieces without a gap."""
+    """Pieces of the empty machine without a gap; none in a recording that holds an identification of an arm only."""
 
     sha256: str
     is_simulated: bool
     """True if the recording states that its machine is simulated."""
     worn_s: float = 0.0
-    """Time with an arm in the machine, which is left out [s]."""
+    """Time with an arm in the machine [s]. The fit of the empty machine leaves it out."""
+
+    worn: WornMotion | None = None
+    """Identification of an arm in this recording; None without one."""
 
     @property
     def seconds(self) -> float:
@@ -88,6 +123,7 @@ class _Columns:
     q_motor: Float[np.ndarray, "tick joint"] | None = None
     temperature: Float[np.ndarray, "tick joint"] | None = None
     worn_s: float = 0.0
+    worn: WornMotion | None = None
 
 
 def read_motions(
@@ -98,7 +134,7 @@ def read_motions(
     is_torque: bool,
     is_degrees: bool = False,
 ) -> tuple[ReadRecording, ...]:
-    """Read recordings of the empty machine.
+    """Read recordings of the empty machine, and identifications of an arm in them.
 
     Args:
         description: The machine.
@@ -116,7 +152,13 @@ def read_motions(
         raise ConfigError(
             f"--weight names '{sorted(unknown)[0]}', which is none of the recordings: {', '.join(map(str, paths))}."
         )
-    return tuple(_read(description, path, weights.get(str(path)), is_torque, is_degrees) for path in paths)
+    found = tuple(_read(description, path, weights.get(str(path)), is_torque, is_degrees) for path in paths)
+    if not any(one.motions for one in found):
+        raise RecordingError(
+            f"{paths[0]} has no tick of an empty machine: an arm is in it. Give a recording of a calibration too, such "
+            "as the one that `exograv demo` writes."
+        )
+    return found
 
 
 def hung_row(description: RigDescription, mount: str, mass_kg: float) -> Float[np.ndarray, " hanging"]:
@@ -148,7 +190,8 @@ def _read(
         columns = _of_exograv(description, path)
     if weight is not None:
         columns.hung[:] = hung_row(description, *weight)
-    return ReadRecording(path, _pieces(path, columns), _digest(path), columns.is_simulated, columns.worn_s)
+    pieces = _pieces(path, columns) if len(columns.t) else ()
+    return ReadRecording(path, pieces, _digest(path), columns.is_simulated, columns.worn_s, columns.worn)
 
 
 def _digest(path: Path) -> str:
@@ -177,23 +220,39 @@ def _of_exograv(description: RigDescription, path: Path) -> _Columns:
             f"{', '.join(description.joints)}. Give the machine of the recording."
         )
     is_empty = _of_empty_machine(recording)
-    ticks = recording.ticks[is_empty]
-    if not len(ticks):
-        raise RecordingError(
-            f"{path} has no tick of an empty machine: an arm is in it. Give a recording of a calibration, such as the "
-            "one that `exograv demo` writes."
-        )
+    worn, whole = _identification(recording, description), recording.ticks
+    ticks = whole[is_empty]
     current, tau = ticks["current"], ticks["tau_measured"].astype(float)
     if not np.isfinite(current).any():
         current = tau / description.nominal_gain
     # A calibrated machine converts by its own gains, and both torques of a tick have been converted by the same.
-    gain = _ratio(tau, current, description.nominal_gain)
+    gain = _ratio(tau, current, description.nominal_gain) if len(ticks) else description.nominal_gain
     return _Columns(
         ticks["t"].copy(), ticks["q_measured"].copy(), current.copy(), ticks["tau_commanded"] / gain,
         _hung(description, recording, ticks["t"]), recording.is_simulated,
         ticks["q_motor"].copy() if np.isfinite(ticks["q_motor"]).any() else None, _warmth(recording, ticks["t"]),
-        float((~is_empty).sum() * np.median(np.diff(recording.ticks["t"]))) if len(ticks) > 1 else 0.0,
+        float((~is_empty).sum() * np.median(np.diff(whole["t"]))) if len(whole) > 1 else 0.0, worn,
     )  # fmt: skip
+
+
+def _identification(recording: Recording, description: RigDescription) -> WornMotion | None:
+    """Return the ticks in which the machine identifies an arm; None if there are none."""
+    numbers = [k for k, phase in enumerate(recording.messages("/phase"), start=1) if phase["name"] == IDENTIFIES]
+    ticks = recording.ticks[np.isin(recording.ticks["phase"], numbers)]
+    if len(ticks) < 2:
+        return None
+    t, q, current = ticks["t"], ticks["q_measured"].astype(float), ticks["current"].astype(float)
+    if not np.isfinite(current).any():
+        current = ticks["tau_measured"].astype(float) / description.nominal_gain
+    kept = np.flatnonzero(np.isfinite(q).all(axis=1) & np.isfinite(current).all(axis=1))
+    period_s = float(np.median(np.diff(t)))
+    ends = np.flatnonzero(np.diff(t[kept]) > 1.5 * period_s) + 1
+    starts, stops = [0, *ends.tolist()], [*ends.tolist(), len(kept)]
+    pieces = tuple(
+        (begin, end) for begin, end in zip(starts, stops, strict=True) if (end - begin) * period_s >= PIECE_LEAST_S
+    )
+    wearer = recording.settings.get("wearer") or {}
+    return WornMotion(wearer, period_s, q[kept], current[kept], pieces) if pieces else None
 
 
 def _of_empty_machine(recording: Recording) -> np.ndarray:

@@ -93,6 +93,18 @@ class WarmGain:
 
 
 @dataclass(frozen=True)
+class CuffFigures:
+    """Stiffness of the cuffs over that in `rig.toml`, by an arm in the machine."""
+
+    direction: str
+    """`translation` or `rotation`."""
+    factor: float
+    ci95: tuple[float, float]
+    learned: float
+    """1 − standard deviation after the recordings / before them."""
+
+
+@dataclass(frozen=True)
 class ExpectedGain:
     """Parameter, and what the designed motion is expected to tell about it."""
 
@@ -135,6 +147,8 @@ class TwinFigures:
     has_motor_encoders: bool
     """True if the recordings hold positions of all motors that are no copies of the joints' positions."""
     gain_by_temperature: Sequence[WarmGain]
+    cuffs: Sequence[CuffFigures]
+    """Cuffs, if a recording with an arm in the machine tells them."""
     warnings: Sequence[str]
     further_motion: Sequence[str]
     """Motions that would tell what these recordings do not."""

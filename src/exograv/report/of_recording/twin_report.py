@@ -153,6 +153,18 @@ def _parameters(figures: TwinFigures) -> Table:
         )
         for row in figures.gears
     ]
+    rows += [
+        (
+            "cuffs",
+            f"stiffness over that in rig.toml, {row.direction}",
+            "-",
+            f"{row.factor:.3g}",
+            f"{row.ci95[0]:.3g} to {row.ci95[1]:.3g}",
+            "",
+            f"{row.learned:.0%}",
+        )
+        for row in figures.cuffs
+    ]
     columns = ("joint", "parameter", "unit", "estimate", "95 % interval", "data sheet, 95 %", "told by the recordings")
     return Table(columns, rows)
 

@@ -213,13 +213,18 @@ def _draw_arm(disturbances: Disturbances, seed: int, owner: str, skeleton: Skele
 CUFF_RADIUS = 0.05
 
 
-def _cuffs(disturbances: Disturbances, seed: int) -> Cuffs:
+def usual_cuff_stiffness(disturbances: Disturbances) -> Float[np.ndarray, " 6"]:
+    """Stiffness of the cuffs at these levels, in the form of `Cuffs.stiffness`, without a person's own factors."""
     along, across = (1e3 * _number(disturbances, "cuff_stiffness", column) for column in ("along", "across"))
     limb, others = np.rad2deg(
         [_number(disturbances, "cuff_rotation", column) for column in ("about_limb", "about_others")]
     )
+    return np.array([across, across, along, others, others, limb])
+
+
+def _cuffs(disturbances: Disturbances, seed: int) -> Cuffs:
     damping = _number(disturbances, "cuff_damping", "value")
-    stiffness = np.array([across, across, along, others, others, limb])
+    stiffness = usual_cuff_stiffness(disturbances)
     strained = _draw_strained(disturbances, seed)
     if strained is not None:
         stiffness = strained.stiffness_factor * stiffness
