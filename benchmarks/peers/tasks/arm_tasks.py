@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv import kernel
 from exograv.control.tick import SLOPE_MAX, tick_function
@@ -26,9 +27,9 @@ STATES = 64
 TICK_S = 1e-3
 TICK_RESULTS = ("tau_desired", "tau_feedforward", "tau_arm")
 CLOSING_STEPS = 8
-FIT_SD = np.array([0.012, 0.012, 0.012, 0.01, 0.005, 0.1, 0.1, 0.1, 0.1, 0.006, 0.006])
+FIT_SD = np.array([0.012, 0.012, 0.012, 0.01, 0.005, 0.1, 0.1, 0.1, 0.1, 0.006, 0.006, *[0.001] * 12])
 """Spread of the arm's fit in the machine, in the order of `model.loops.FIT`: misaligned by about 2 cm, the elbow
-oblique by 6°, and the path of the shoulder turned by 30° about two axes."""
+oblique by 6°, the path of the shoulder turned by 30° about two axes, and its further shapes of a millimetre."""
 
 Generator = np.random.Generator
 
@@ -90,8 +91,9 @@ def general_tick_task(n: int) -> Task:
     machine, assembly = machine_and_assembly(n)
     function = tick_function(assembly, machine)
     x = table_guess(assembly, machine)
-    x[ParameterLayout.of(assembly).fit] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
-    closing = _Closing(kernel.compile(function), LoopSolver(assembly))
+    fit = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
+    x[ParameterLayout.of(assembly).fit] = fit
+    closing = _Closing(kernel.compile(function), LoopSolver(assembly), fit)
     # The hands are empty, the cuffs hold the arm, and the machine leads nothing; the same program can carry a weight.
     one, payload = np.ones(1), np.zeros(ParameterLayout.of(assembly).phi.stop)
     constants = {"x": x, "payload": payload, "held_before": one, "led": one}
@@ -104,8 +106,8 @@ def general_tick_task(n: int) -> Task:
 class _Closing:
     """Generator that gives each state the closed posture of the tick before, as in the loop."""
 
-    def __init__(self, tick: kernel.Kernel, solver: LoopSolver):
-        self._tick, self._solver = tick, solver
+    def __init__(self, tick: kernel.Kernel, solver: LoopSolver, fit: Float[np.ndarray, " fit"]):
+        self._tick, self._solver, self._fit = tick, solver, fit
 
     def closed(self, state: dict[str, np.ndarray], generator: Generator) -> State:
         """Return the state one tick after a closed one; draw another posture if Newton's steps found none."""
@@ -113,7 +115,7 @@ class _Closing:
         for name, value in state.items():
             inputs[name][...] = value
         inputs["q"][...] = inputs["q_before"][...] = state["q"] - TICK_S * state["v"]
-        inputs["z_before"][...], inputs["G_before"][...] = self._solver.solve(inputs["q"])[0], 0.0
+        inputs["z_before"][...], inputs["G_before"][...] = self._solver.solve(inputs["q"], fit=self._fit)[0], 0.0
         for _ in range(CLOSING_STEPS):
             self._tick()
             inputs["z_before"][...] = outputs["z"]

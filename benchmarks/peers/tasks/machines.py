@@ -78,12 +78,13 @@ def aligned_arm(n: int) -> Tree:
 
     With 4 joints forearm and hand are one body, with 7 they are two.
     """
-    tree, lengths = build_arm(BODY, "right").tree, segment_lengths(BODY)
-    kept = [replace(tree.joints[i], parent=k - 1) for k, i in enumerate((1, 2, 3, 5))]
+    usual, lengths = build_arm(BODY, "right"), segment_lengths(BODY)
+    tree, (upper_arm, forearm_and_hand) = usual.tree, usual.bodies
+    kept = [replace(tree.joints[i], parent=k - 1) for k, i in enumerate(usual.limbs[0].joints)]
     kept[3] = replace(kept[3], p_parent_joint=np.array([0.0, 0.0, -lengths["upper_arm"]]))
     empty = np.zeros(10)
     if n == 4:
-        phi = np.array([empty, empty, tree.phi[3], tree.phi[5]])
+        phi = np.array([empty, empty, tree.phi[upper_arm], tree.phi[forearm_and_hand]])
         return Tree("aligned arm", tuple(kept), tuple(f"arm_{i}" for i in range(4)), phi, {})
     axes = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
     origins = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -lengths["forearm"]], [0.0, 0.0, 0.0]])
@@ -92,7 +93,7 @@ def aligned_arm(n: int) -> Tree:
         for i, name in enumerate(WRIST)
     ]
     forearm, hand = segment_prior(BODY, "forearm")[0], segment_prior(BODY, "hand")[0]
-    phi = np.array([empty, empty, tree.phi[3], empty, forearm, empty, hand])
+    phi = np.array([empty, empty, tree.phi[upper_arm], empty, forearm, empty, hand])
     return Tree("aligned arm", (*kept, *more), tuple(f"arm_{i}" for i in range(7)), phi, {})
 
 
