@@ -26,12 +26,16 @@ from exograv.identification.core.prior import prior
 from exograv.identification.core.setting import Setting
 from exograv.identification.core.tissue import TISSUE, Hidden, Springs, TissueModel
 from exograv.identification.recursive.recursive import Recursive
+from exograv.model.loops import PATH_ENTRIES
 from exograv.options import WorldName
 from exograv.procedures.identification.estimator_session import setting_of
 from seeds import seed_range
 
 FIELD_NM, FIELD_LENGTH_RAD, FIELD_FEATURES = 0.2, 0.5, 16
 """Size [N·m], correlation length [rad] and number of features of the fields that are estimated."""
+
+UNMOVED_M = 1e-9
+"""Prior standard deviation of a shape that is left out [m]."""
 
 
 class FieldModel:
@@ -96,6 +100,18 @@ def linear_cuffs(setting: Setting) -> Method:
     return methods.built("recursive", replace(setting, cuffs=None))
 
 
+def usual_path(setting: Setting) -> Method:
+    """Return the estimator without further shapes of the path of the shoulder's centre."""
+    covariance = setting.covariance.copy()
+    for shoulder in cast(Springs, setting.springs).shoulders:
+        # The offset of the shoulder is the beginning of an arm's fit.
+        begin = shoulder.offset.start
+        further = slice(begin + PATH_ENTRIES.start, begin + PATH_ENTRIES.stop)
+        covariance[further, :] = covariance[:, further] = 0.0
+        covariance[further, further] = UNMOVED_M**2 * np.eye(PATH_ENTRIES.stop - PATH_ENTRIES.start)
+    return methods.built("recursive", replace(setting, covariance=covariance))
+
+
 def _tissue(setting: Setting) -> TissueModel:
     return TissueModel(setting.model, cast(Springs, setting.springs))
 
@@ -103,6 +119,7 @@ def _tissue(setting: Setting) -> TissueModel:
 FORMULATIONS: Mapping[str, Callable[[Setting], Method]] = {
     "present": present,
     "linear cuffs": linear_cuffs,
+    "usual path": usual_path,
     "straight springs": straight_springs,
     "nothing considered": nothing_considered,
     "estimated fields": estimated_fields,
