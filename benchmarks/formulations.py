@@ -34,8 +34,8 @@ from seeds import seed_range
 FIELD_NM, FIELD_LENGTH_RAD, FIELD_FEATURES = 0.2, 0.5, 16
 """Size [N·m], correlation length [rad] and number of features of the fields that are estimated."""
 
-UNMOVED_M = 1e-9
-"""Prior standard deviation of a shape that is left out [m]."""
+UNMOVED = 1e-6
+"""Factor on the prior standard deviation of a shape that is left out [-]."""
 
 
 class FieldModel:
@@ -102,13 +102,22 @@ def linear_cuffs(setting: Setting) -> Method:
 
 def usual_path(setting: Setting) -> Method:
     """Return the estimator without further shapes of the path of the shoulder's centre."""
+    return _with_path(setting, UNMOVED)
+
+
+def wide_path(setting: Setting) -> Method:
+    """Return the estimator with four times the prior standard deviation of these shapes."""
+    return _with_path(setting, 4.0)
+
+
+def _with_path(setting: Setting, factor: float) -> Method:
     covariance = setting.covariance.copy()
     for shoulder in cast(Springs, setting.springs).shoulders:
         # The offset of the shoulder is the beginning of an arm's fit.
         begin = shoulder.offset.start
         further = slice(begin + PATH_ENTRIES.start, begin + PATH_ENTRIES.stop)
-        covariance[further, :] = covariance[:, further] = 0.0
-        covariance[further, further] = UNMOVED_M**2 * np.eye(PATH_ENTRIES.stop - PATH_ENTRIES.start)
+        covariance[further, :] *= factor
+        covariance[:, further] *= factor
     return methods.built("recursive", replace(setting, covariance=covariance))
 
 
@@ -120,6 +129,7 @@ FORMULATIONS: Mapping[str, Callable[[Setting], Method]] = {
     "present": present,
     "linear cuffs": linear_cuffs,
     "usual path": usual_path,
+    "wide path": wide_path,
     "straight springs": straight_springs,
     "nothing considered": nothing_considered,
     "estimated fields": estimated_fields,

@@ -40,7 +40,7 @@ from exograv.storage.sealed_file import sealed
 NOW = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
 MACHINE = "serial 7"
 BODY = Body(1.75, 75.0, "male", {"upper_arm": 0.305, "forearm": 0.262, "hand": 0.19})
-SIZE_MAX = 40_000  # bytes: it fits an e-mail, and a folder can hold hundreds
+SIZE_MAX = 30_000  # bytes: it fits an e-mail, and a folder can hold hundreds
 
 
 @pytest.fixture(scope="module")

@@ -179,11 +179,12 @@ def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
         "lengthening": (0.0, 0.0, -1.0),
         "elbow": forward, "forearm_roll": along, "wrist_flexion": (outward, 0.0, 0.0), "wrist_deviation": forward,
     }  # fmt: skip
-    limits = {name: (-0.1, 0.1) for name in axes if name.startswith("shift")} | {"lengthening": (-0.05, 0.05), **LIMITS}
+    slides = dict.fromkeys(("shift", "shift_forward", "shift_outward"), (-0.1, 0.1)) | {"lengthening": (-0.05, 0.05)}
+    limits = {**slides, **LIMITS}
     below = {"lengthening": lengths["upper_arm"], "wrist_flexion": lengths["forearm"]}
     chain = []
     for i, name in enumerate(list(axes)[: limb.n_freedoms + SHIFTS + 1]):
-        kind = "prismatic" if name == "lengthening" or name.startswith("shift") else "revolute"
+        kind = "prismatic" if name in slides else "revolute"
         origin = np.array([0.0, 0.0, -below.get(name, 0.0)])
         parent = limb.root + i - 1 if i else -1
         chain.append(

@@ -19,7 +19,7 @@ from .calibration_schema import Identity
 from .sealed_file import Sealed
 
 SCHEMA_VERSION = 1
-DIGITS = 9
+DIGITS = 8
 """Significant digits of mean and covariance [-]; the best known combination has 1e-5 of the table's variance."""
 CODE = PersonCode()
 

@@ -35,8 +35,7 @@ GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
 # each of two axes: the tangent of 30° times the mean slope.
 GLENOHUMERAL_ACROSS_SD = 0.006  # m/rad
 # Further shapes of the path, in the order of `model.loops.PATH_SHAPES`. No source gives their spread: assumed are a few
-# percent of the usual migration at 90° (17 mm). Four times as much leaves more torque after 20 and 60 s of motion, on
-# tuning seeds of the worlds `home` and `shoulder`; without the shapes 0.1 N·m more are left in `shoulder`.
+# percent of the usual migration at 90° (17 mm), chosen on tuning seeds (docs/results/results.md, Information bound).
 PATH_SD = np.array([0.00075, 0.0004, 0.001, 0.001])  # m
 LENGTH_SD = 0.03  # share of the measured upper arm
 CUFF_LOG_STIFFNESS_SD = 0.4  # between people and straps: linear fits of one cuff reach from 2.1 to 4.6 N/mm

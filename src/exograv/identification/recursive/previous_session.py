@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.parameters import ParameterLayout
+from exograv.model.loops import PATH_ENTRIES
 
 Parameters = Float[np.ndarray, " parameter"]
 Covariance = Float[np.ndarray, "parameter parameter"]
@@ -13,7 +14,10 @@ Kept = Float[np.ndarray, " kept"]
 # are assumed. Arm: body mass changes by about 1 % per day, and a sleeve adds about 1 %; together 2 % of a segment's
 # mass, against 10-15 % in the table. Elasticity: 10 % of stiffness and 4° of neutral angle, against 65 % and 25°.
 ARM_NEW = 0.03
-FIT_NEW = np.array([1.0, 1.0, 1.0, 0.2, 0.05, 0.25, 0.25, 0.5, 0.1, 0.2, 0.2, *[0.2] * 12])
+FURTHER = PATH_ENTRIES.stop - PATH_ENTRIES.start
+"""Number of entries for the path of one shoulder's centre beside the usual one."""
+
+FIT_NEW = np.array([1.0, 1.0, 1.0, 0.2, 0.05, 0.25, 0.25, 0.5, 0.1, 0.2, 0.2, *[0.2] * FURTHER])
 """New share of the variance of each entry of `model.loops.FIT`. The shoulder position is new. The path of the shoulder
 centre belongs to the person and the trunk. The length was stated once. Straps are about as tight as before: 20 % of
 stiffness, against 40 % between people. The elbow's axis belongs to the person; how far it is turned about the upper arm

@@ -48,7 +48,7 @@ class WornCuffs:
 
     @property
     def sd(self) -> Two:
-        """Standard deviations [-]."""
+        """Standard deviation of each logarithm [-]."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
