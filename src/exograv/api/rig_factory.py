@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from exograv.live.live_processes import Running
     from exograv.live.on_drives.connection import Say
     from exograv.live.on_drives.identification import IdentifiedOnDrives
-    from exograv.live.options import LiveOptions, PersonForm
+    from exograv.live.options import LiveOptions, PersonForm, ReturningPerson
     from exograv.loop.pilot import Progress
     from exograv.model.description import RigDescription
     from exograv.options import MachineOptions
@@ -126,7 +126,7 @@ def run_live(
 
 
 def run_verification(
-    options: "VerifyOptions", person: "PersonForm", folder: Path, progress: "Progress", say: "Say"
+    options: "VerifyOptions", person: "ReturningPerson", folder: Path, progress: "Progress", say: "Say"
 ) -> "VerifyResult":
     """Identify an arm, and measure the torque left over of its weight."""
     if options.is_on_drives:

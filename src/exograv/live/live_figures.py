@@ -8,6 +8,7 @@ import numpy as np
 
 from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.participant_session import KeptParticipant, NotKept
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.results import OPTIONAL
 from exograv.runtime.clock.timing import Percentiles, Timing, percentiles_us
@@ -102,6 +103,8 @@ class LiveFigures:
     findings: int
     worker_restarts: int
     identified: LearnedFigures | None
+    person: KeptParticipant | NotKept | None = field(default=None, metadata=OPTIONAL)
+    """File of the arm that was written, or the reason for none; None if none was requested, or no arm was learned."""
 
 
 def live_figures(

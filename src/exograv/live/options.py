@@ -72,6 +72,23 @@ class PersonForm(Options):
 
 
 @dataclass(frozen=True)
+class ParticipantChoice(Options):
+    """Choice of a person whose arm is stored in a file, for a command on drives."""
+
+    participant: Annotated[str | None, PersonCode("Give the code of a stored arm, such as P-07."), ON_DRIVES] = None
+    """Code of a person whose arm is stored, such as P-07, never a name. The arm is then only checked, in 20 s of motion
+    in place of an identification, and the file is written again; on drives only."""
+
+    participants: Annotated[Path | None, OF_PERSON] = None
+    """Folder of the participants' files; by default `participants` in the folder of --out."""
+
+
+@dataclass(frozen=True)
+class ReturningPerson(PersonForm, ParticipantChoice):
+    """Wearer of a machine on drives: a person whose arm is stored, or an unknown one with a form."""
+
+
+@dataclass(frozen=True)
 class LiveOptions(WornOptions):
     """Options of `exograv run live`."""
 
@@ -80,7 +97,7 @@ class LiveOptions(WornOptions):
 
     identify_s: Annotated[float, tyro.conf.arg(name="identify", metavar="S")] = 0.0
     """Duration of motion for a live identification before the arm floats, 10 or more. Without it, the arm is identified
-    before the live run."""
+    before the live run; on drives it is needed for an arm without a file."""
 
     gravity_level: Annotated[GravityLevel, ON_TWIN] = 0.0
     """Share of the arm's own weight that the wearer feels: 0 on a space station, 1 on Earth."""

@@ -83,10 +83,17 @@ class WorkerKeeper:
         """End the worker process."""
         self._child.end(2.0, "over")
 
+    @property
+    def is_refused(self) -> bool:
+        """True if the motion contradicts the person's file or form: the arm is then never given to the guard."""
+        return self.judged is not None and (self.judged.is_contradicted or bool(self.judged.refusal))
+
     def _hear(self, word: object) -> None:
         # A replacement worker learns everything again. The guard has the person's limits already.
         if isinstance(word, EstimateReport):
             self.judged = word
+        elif self.is_refused:
+            return  # The last judgement can come with the end of the motion, before the arm is let down.
         elif isinstance(word, LearnedArm) and self.learned is None:
             self.learned = word
             self._accept(word)

@@ -66,7 +66,7 @@ class SessionReadiness:
             whole = read_participant(path)
             refuse_other_machine(path, whole.machine, identity_of(machine.description, machine.serial), AGAIN)
         except ExogravError as error:
-            words = f"--keep {shlex.quote(str(path))} --code {self.participant} {FORM}"
+            words = keep_words(path, self.participant, machine.options.simulate)
             return Check("arm", False, str(error), same_machine("arm identify", machine.options, machine.folder, words))
         if warning := refuted_text(whole):
             return Check("arm", True, f"{warning} This takes 60 s.")
@@ -159,6 +159,12 @@ class SessionReadiness:
             for protocol, count in expected.items()
         )
         return Check("study", True, f"{there or len(keys)} are in {study}.")
+
+
+def keep_words(path: Path, code: str, is_simulated: bool) -> str:
+    """Return the options of `exograv arm identify` that store the arm. Simulated drives bring their own wearer."""
+    words = ["--keep", shlex.quote(str(path)), "--code", code]
+    return " ".join(words if is_simulated else [*words, FORM])
 
 
 def participants_in(folder: Path) -> Path:

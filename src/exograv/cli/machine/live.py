@@ -2,38 +2,39 @@
 
 from typing import TYPE_CHECKING
 
+from exograv.cli.person.kept_arm import say_kept
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.cli.shell.motion_note import say_motion
-from exograv.live.options import LiveOptions, PersonForm
+from exograv.live.options import LiveOptions, ReturningPerson
 
 if TYPE_CHECKING:
     from exograv.live.live_figures import LiveFigures
 
 NOT_LEARNED = (
     "The identification did not finish ({} findings until then), so the arm did not float. The reason is printed "
-    "above. Repeat with the same --identify."
+    "above. Repeat with the same options."
 )
 
 
-def run_live_command(options: LiveOptions, person: PersonForm, common: OutFolder) -> "LiveFigures":
+def run_live_command(options: LiveOptions, person: ReturningPerson, common: OutFolder) -> "LiveFigures":
     """Float the arm in real time on the twin or on drives, with guard, control and recorder in separate processes."""
     from exograv.api.rig_factory import run_live, simulated_wearer
     from exograv.cli.shell.terminal import bars, say, say_unbroken
 
     refuse_unwritable(common.out / "live.mcap", "--out")  # Checked now, not after minutes of preparation.
-    if options.identify_s:
+    if options.identify_s or person.participant is not None:
         say_motion(options.rig)
     with bars() as progress:
         if options.is_on_drives:
-            from exograv.live.on_drives.float_command import fly_on_drives
+            from exograv.live.on_drives.float_command import float_on_drives
 
-            wearer = simulated_wearer(options)
-            result = fly_on_drives(options, person, common.out, progress, say, wearer).figures
+            result = float_on_drives(options, person, common.out, progress, say, simulated_wearer(options)).figures
         else:
             result = run_live(options, common.out, progress)
     show_live(result)
-    if options.identify_s and result.identified is None:
+    if (options.identify_s or person.participant is not None) and result.identified is None:
         print(NOT_LEARNED.format(result.findings))
+    say_kept(result)
     say_unbroken(f"Next: exograv data view {result.recording}, or exograv data replay {result.recording}")
     return result
 

@@ -10,6 +10,8 @@ from exograv.errors import RigError
 from exograv.live.options import PersonForm
 from exograv.procedures.rehabilitation.assist.options import AssistOptions
 
+from .kept_arm import say_kept
+
 if TYPE_CHECKING:
     from exograv.laboratory.assist.assist_command import AssistResult
     from exograv.live.on_drives.assist import AssistOnDrives
@@ -72,4 +74,6 @@ def _run(
     from exograv.cli.shell.terminal import say
     from exograv.live.on_drives.assist import run_assist_on_drives
 
-    return run_assist_on_drives(options, person, folder, words, told, progress, say, simulated_wearer(options))
+    result = run_assist_on_drives(options, person, folder, words, told, progress, say, simulated_wearer(options))
+    say_kept(result.live)
+    return result

@@ -8,6 +8,8 @@ from exograv.laboratory.options import ArmOptions, DemoOptions
 from exograv.live.options import PersonForm
 from exograv.procedures.identification.options import ParticipantOptions
 
+from .kept_arm import say_kept
+
 if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoResult
     from exograv.live.on_drives.identification import IdentifiedOnDrives
@@ -53,13 +55,9 @@ def run_identify_command(
 
 def show_kept(result: "IdentifiedOnDrives") -> None:
     """Print the file of the arm, or why there is none."""
-    from exograv.cli.shell.terminal import say, say_unbroken
+    from exograv.cli.shell.terminal import say
 
     if result.live.identified is None:
         say("The identification did not finish. The reason is printed above.")
-    elif result.person is not None and result.person.file is None:
-        say(result.person.why)
-    elif result.person is not None:
-        say_unbroken(f"Kept as {result.person.code}, donning {result.person.donnings}: {result.person.file}")
-        if result.person.warning:
-            say(result.person.warning)
+    else:
+        say_kept(result.live)

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.live.options import PersonForm
+from exograv.live.options import ReturningPerson
 from exograv.next_command import same_machine
 from exograv.procedures.rehabilitation.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
+
+from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.guided.guided_command import GuidedResult, RepeatedFigures, TaughtFigures
@@ -46,48 +48,56 @@ class TaughtPath:
 
 
 def run_teach_command(
-    options: GuidedOptions, new: NewPath, person: PersonForm, common: OutFolder
+    options: GuidedOptions, new: NewPath, person: ReturningPerson, common: OutFolder
 ) -> "GuidedResult[TaughtFigures] | TaughtOnDrives":
     """Float the arm while a therapist leads it once, and store the path, checked and slowed down where necessary."""
     code, path = _code(new.code) or "", path_in(common.out, new.path)
     refuse_unwritable(path, "--path or --out")
     if options.is_on_drives:
         taught = _teach_on_drives(options, path, code, person, common.out)
-        _say_taught(taught, options, new, code, common.out)
+        _say_taught(taught, options, new, code, common.out, person)
         return taught
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_teach
 
     with bars() as progress:
         result = run_teach(options, path, code, common.out, progress)
-    _say_taught(result.found, options, new, code, common.out)
+    _say_taught(result.found, options, new, code, common.out, person)
     return result
 
 
 def _teach_on_drives(
-    options: GuidedOptions, path: Path, code: str, person: PersonForm, folder: Path
+    options: GuidedOptions, path: Path, code: str, person: ReturningPerson, folder: Path
 ) -> "TaughtOnDrives":
     from exograv.cli.shell.terminal import say_unbroken
     from exograv.live.on_drives.guided import run_teach_on_drives
 
     with _on_drives(options, folder / "teach.mcap") as (progress, say, wearer):
         result = run_teach_on_drives(options, path, code, person, folder, progress, say, wearer)
+    say_kept(result.flight.live)
     say_unbroken(f"Recording: {result.flight.recording}")
     return result
 
 
 def _say_taught(
-    found: "TaughtFigures | TaughtOnDrives", options: GuidedOptions, new: NewPath, code: str, folder: Path
+    found: "TaughtFigures | TaughtOnDrives",
+    options: GuidedOptions,
+    new: NewPath,
+    code: str,
+    folder: Path,
+    person: ReturningPerson,
 ) -> None:
     slower = f", {found.stretched:.1f} times slower than the therapist moved" if found.stretched > 1.0 else ""
     print(f"A path of {found.seconds:.1f} s{slower}: {found.path}")
     more = [] if new.path is None else ["--path", str(new.path)]
     more += ["--code", code] if code else []
+    more += [] if person.participant is None else ["--participant", person.participant]
+    more += [] if person.participants is None else ["--participants", str(person.participants)]
     print("Repeat it with:", same_machine("run repeat", options, folder, " ".join(more)))
 
 
 def run_repeat_command(
-    options: RepeatOptions, taught: TaughtPath, person: PersonForm, common: OutFolder
+    options: RepeatOptions, taught: TaughtPath, person: ReturningPerson, common: OutFolder
 ) -> "GuidedResult[RepeatedFigures] | RepeatedOnDrives":
     """Lead the weightless arm along a taught path, and release it if the person resists."""
     path = path_in(common.out, taught.path)
@@ -105,7 +115,7 @@ def run_repeat_command(
 
 
 def _repeat_on_drives(
-    options: RepeatOptions, path: Path, code: str | None, person: PersonForm, folder: Path
+    options: RepeatOptions, path: Path, code: str | None, person: ReturningPerson, folder: Path
 ) -> "RepeatedOnDrives":
     from exograv.cli.shell.terminal import say_unbroken
     from exograv.live.on_drives.guided import run_repeat_on_drives
@@ -115,12 +125,13 @@ def _repeat_on_drives(
     done = result.session
     print(f"{done.outcome.value} Complete repetitions: {done.repetitions} of {options.repetitions}.")
     _say_tracked(done.tracking_rms_deg, done.pull_max_Nm)
+    say_kept(result.flight.live)
     say_unbroken(f"Recording: {result.flight.recording}")
     return result
 
 
 def run_mirror_command(
-    options: MirrorOptions, person: PersonForm, common: OutFolder
+    options: MirrorOptions, person: ReturningPerson, common: OutFolder
 ) -> "GuidedResult[FollowedFigures] | MirrorOnDrives":
     """Lead one arm along the mirror image of the sound arm, in a machine for both arms."""
     if options.is_on_drives:
@@ -137,7 +148,7 @@ def run_mirror_command(
     return result
 
 
-def _mirror_on_drives(options: MirrorOptions, person: PersonForm, folder: Path) -> "MirrorOnDrives":
+def _mirror_on_drives(options: MirrorOptions, person: ReturningPerson, folder: Path) -> "MirrorOnDrives":
     from exograv.cli.shell.terminal import say_unbroken
     from exograv.live.on_drives.mirror import run_mirror_on_drives
 
@@ -146,6 +157,7 @@ def _mirror_on_drives(options: MirrorOptions, person: PersonForm, folder: Path) 
     print(result.session.outcome.value)
     _say_late(result.following)
     _say_tracked(result.following.tracking_rms_deg, result.session.pull_max_Nm)
+    say_kept(result.flight.live)
     say_unbroken(f"Recording: {result.flight.recording}")
     return result
 

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.errors import ConfigError
-from exograv.live.options import PersonForm
+from exograv.live.options import ReturningPerson
 from exograv.procedures.rehabilitation.support_level.options import SupportOptions
+
+from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.support_level.support_level_command import RecordedSupport, SupportResult
@@ -24,7 +26,7 @@ class Recorded:
 
 
 def run_support_level_command(
-    options: SupportOptions, person: PersonForm, recorded: Recorded, common: OutFolder
+    options: SupportOptions, person: ReturningPerson, recorded: Recorded, common: OutFolder
 ) -> "SupportResult | RecordedSupport | SupportOnDrives":
     """Find the smallest weight support with which a weak person, virtual, real or recorded, reaches most targets."""
     if recorded.recording is not None:
@@ -56,7 +58,7 @@ def _virtual(options: SupportOptions, folder: Path) -> "SupportResult":
     return result
 
 
-def _on_drives(options: SupportOptions, person: PersonForm, folder: Path) -> "SupportOnDrives":
+def _on_drives(options: SupportOptions, person: ReturningPerson, folder: Path) -> "SupportOnDrives":
     from exograv.api.rig_factory import simulated_wearer
     from exograv.cli.shell.motion_note import say_motion
     from exograv.cli.shell.terminal import bars, say, say_unbroken
@@ -67,6 +69,7 @@ def _on_drives(options: SupportOptions, person: PersonForm, folder: Path) -> "Su
     with bars() as progress:
         result = run_support_level_on_drives(options, person, folder, progress, say, simulated_wearer(options))
     _show(result.outcome, result.rescues, result.figure)
+    say_kept(result.live)
     say_unbroken(f"Recording: {result.recording}")
     return result
 

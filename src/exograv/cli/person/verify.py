@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.live.options import PersonForm
+from exograv.live.options import ReturningPerson
 from exograv.options import Acts
 from exograv.procedures.verification.options import VerifyOptions
+
+from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.procedures.verification.figures import VerifyResult
@@ -23,16 +25,19 @@ class VerifiedOnDrives(OutFolder):
     """Folder of calibration and self-test, and of the recording; on drives only."""
 
 
-def run_verify_command(options: VerifyOptions, person: PersonForm, common: VerifiedOnDrives) -> "VerifyResult":
+def run_verify_command(options: VerifyOptions, person: ReturningPerson, common: VerifiedOnDrives) -> "VerifyResult":
     """Measure what is left over of the arm's weight at twelve postures that the identification did not visit."""
     from exograv.api.rig_factory import run_verification
     from exograv.cli.shell.terminal import bars, say
+    from exograv.live.live_figures import LiveFigures
 
     if options.is_on_drives:
         refuse_unwritable(common.out / "live.mcap", "--out")
     with bars() as progress:
         result = run_verification(options, person, common.out, progress, say)
     show_verification(result)
+    if isinstance(result.live, LiveFigures):
+        say_kept(result.live)
     return result
 
 

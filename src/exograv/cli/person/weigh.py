@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.options import ON_DRIVES, Acts, Options, SegmentLengths, Sex
+from exograv.live.options import ParticipantChoice
+from exograv.options import ON_DRIVES, Acts, SegmentLengths, Sex
 from exograv.procedures.weighing.options import WeighOptions
+
+from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.weighing_command import WeighResult
@@ -16,8 +19,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class WeighedPerson(Options):
-    """Form of the wearer of a machine on drives, apart from the body mass."""
+class WeighedPerson(ParticipantChoice):
+    """Wearer of a machine on drives: a person whose arm is stored, or a form, apart from the body mass."""
 
     height_m: Annotated[float | None, tyro.conf.arg(name="body-height", metavar="M"), ON_DRIVES] = None
     """Body height of the wearer [m]; on drives only."""
@@ -60,14 +63,22 @@ def _on_drives(options: WeighOptions, person: WeighedPerson, folder: Path) -> "W
     from exograv.cli.shell.motion_note import say_motion
     from exograv.cli.shell.terminal import bars, say, say_unbroken
     from exograv.live.on_drives.weighing import run_weighing_on_drives
-    from exograv.live.options import PersonForm
+    from exograv.live.options import ReturningPerson
 
     refuse_unwritable(folder / "weigh.mcap", "--out")  # Checked now, not after minutes of preparation.
     say_motion(options.rig)
-    form = PersonForm(person.height_m, options.body_mass_kg, person.sex, person.lengths)
+    form = ReturningPerson(
+        participant=person.participant,
+        participants=person.participants,
+        height_m=person.height_m,
+        mass_kg=options.body_mass_kg,
+        sex=person.sex,
+        lengths=person.lengths,
+    )
     with bars() as progress:
         result = run_weighing_on_drives(options, form, folder, progress, say, simulated_wearer(options))
     _show_on_drives(result)
+    say_kept(result.live)
     say_unbroken(f"Recording: {result.recording}")
     return result
 

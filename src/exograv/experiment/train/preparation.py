@@ -26,7 +26,7 @@ from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import arm_to_carry
 from exograv.procedures.identification.identify import Identifier, identify_arm
-from exograv.procedures.identification.options import ParticipantOptions
+from exograv.procedures.identification.options import NO_FILES, ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
 from exograv.procedures.identification.rest_learning import RestLearner
 from exograv.procedures.identification.session_watch import SessionWatch
@@ -342,11 +342,7 @@ def person_run(file: Path | None, code: str, assembly: Assembly, serial: str, to
     Raises:
         ConfigError: The file is damaged, belongs to another machine or person, or is of another kind.
     """
-    files = ParticipantOptions(
-        keep=file,
-        code=None if file is None else code,
-        participant=file if file is not None and file.exists() else None,
-    )
+    files = NO_FILES if file is None else ParticipantOptions.of_file(file, code)
     now = datetime.now(UTC).replace(microsecond=0)
     return ParticipantRun(files, assembly, serial, told, now, keep_option="--person-file")
 

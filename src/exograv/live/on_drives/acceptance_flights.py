@@ -25,6 +25,7 @@ from exograv.procedures.acceptance.stops import STILL_RAD_S, PurposeStop, Standi
 from exograv.procedures.bring_up.bench_machine import BenchMachine, BenchSample, positions
 from exograv.procedures.bring_up.hands import Hands
 from exograv.procedures.identification.controller_knowledge import MOTION_S
+from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.self_test.motion_steps import DRIFT_MAX_DEG, HOLD_S
 from exograv.procedures.verification.verification import evaluate_passes
@@ -249,7 +250,11 @@ class AcceptanceFlights:
         caused = CausedStop(stop, joint, float(description.per_actuator("torque_max_Nm")[-1]), is_by_person, self.say)
         watch = StandingWatch(caused, self.options.waits)
         procedure = Procedure(
-            "rig accept", known_arm=self.arm_file, acts=caused, afterwards=watch, on_purpose=stop.causes
+            "rig accept",
+            files=ParticipantOptions(participant=self.arm_file),
+            acts=caused,
+            afterwards=watch,
+            on_purpose=stop.causes,
         )
         try:
             run = self._fly(stop.name, FROM_FILE_S, WAITS_S[self.options.simulate], procedure)

@@ -20,6 +20,7 @@ from exograv.procedures.rehabilitation.support_level.instructed_person import pe
 from exograv.procedures.rehabilitation.support_level.targets import refuse_without_targets
 from exograv.results import MERGED, json_value
 
+from .arm_files import arm_of_session
 from .connection import Say
 from .float_command import Procedure, fly_on_drives
 from .support_level import live_options
@@ -52,6 +53,8 @@ def run_assist_on_drives(
 ) -> AssistOnDrives:
     """Identify the arm of a person in a machine on drives, and run one session, or the remaining part of it.
 
+    The first session stores the arm in the person's file, and the next ones only check it, as in `run train`.
+
     Raises:
         ExogravError: The machine is not ready, or a file or an option cannot be used.
         RigError: The machine was stopped. Decided blocks are stored.
@@ -59,6 +62,7 @@ def run_assist_on_drives(
     start = time.perf_counter()
     description = load_rig(options.rig, options.side)
     refuse_without_targets(description)
+    of_arm = arm_of_session(options.participant, options.participants, folder)
     files = SessionFiles(options, kept_on_drives(options), folder)
     number, done, recording = files.session.number, list[AssistFigures](), folder / files.recording_name
 
@@ -76,7 +80,9 @@ def run_assist_on_drives(
         machine.write("/result", machine.t, {"task": json_value(found), "rig": options.rig})
 
     simulation, live = options.person(number).simulation, live_options(options, options.identify_s, SESSION_MAX_S)
-    procedure = Procedure("run assist", simulation=simulation, recording_name=recording.name, performs=fly)
+    procedure = Procedure(
+        "run assist", files=of_arm, simulation=simulation, recording_name=recording.name, performs=fly
+    )
     try:
         run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
     finally:

@@ -18,7 +18,7 @@ from exograv.live.live_identification import lesson_passes, person_believed, unk
 from exograv.live.live_moved import LiveMoved
 from exograv.live.live_procedure import LiveFloat, LiveProcedure
 from exograv.live.live_processes import LiveResult, Running
-from exograv.live.options import LiveOptions, PersonForm
+from exograv.live.options import LiveOptions, PersonForm, ReturningPerson
 from exograv.live.procedure_orders import OrderMemory, TaughtRows
 from exograv.loop.floating_machine import FloatingMachine
 from exograv.loop.keyboard import is_line_typed
@@ -31,20 +31,22 @@ from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
 from exograv.next_command import same_machine
 from exograv.procedures.bring_up.hands import Hands
-from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.identification.estimator_session import Belief, table_guess
+from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
+from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.identification.options import NO_FILES, ParticipantOptions
+from exograv.procedures.identification.participant_session import ParticipantRun, motion_needed_s
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
-from exograv.procedures.identification.warm_start import belief_today
 from exograv.procedures.verification.postures import Verification, unseen_postures
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
 from exograv.rig.drives.settings import Drives
 from exograv.runtime.lsl.listening import Listening
 from exograv.safety.stops import StopReason
-from exograv.storage.participant_file import read_participant, refuse_other, refuse_other_body, refuted_text
+from exograv.storage.participant_file import read_participant
 from exograv.storage.participant_schema import StoredParticipant
 
+from .arm_files import keep_flown, stored_arm
 from .connection import CONNECTING, Say, drawn_by, drives_with_hands, not_ready, readiness_of
 from .fault_lock import lock_after_fault
 from .wearer_form import form_of_wearer
@@ -76,6 +78,8 @@ class FlownOnDrives:
     """Body data of the wearer."""
     serial: str
     """Serial number of the machine."""
+    from_file: bool
+    """True if the identification started from a participant's file."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,8 @@ class Procedure:
     command: str = "run live"
     is_verified: bool = False
     """True if a verification follows the identification."""
-    known_arm: Path | None = None
-    """File of an earlier donning, from which the identification starts."""
+    files: ParticipantOptions = NO_FILES
+    """Files of the person's arm: the identification starts from one and writes one."""
     form: WearerForm | None = None
     """Form of a dummy arm in the place of a person."""
     simulation: tuple[str, ...] = ("--worn",)
@@ -116,6 +120,23 @@ class Procedure:
 LIVE = Procedure()
 
 
+def float_on_drives(
+    options: LiveOptions,
+    person: ReturningPerson,
+    folder: Path,
+    progress: Progress,
+    say: Say,
+    wearer: SimulatedWearer | None = None,
+) -> FlownOnDrives:
+    """Let the arm of a person whose arm is stored float, or that of an unknown person; see `fly_on_drives`.
+
+    Raises:
+        ExogravError: As `fly_on_drives`, or there is no file of this person.
+    """
+    procedure = replace(LIVE, files=stored_arm(person, options, folder))
+    return fly_on_drives(options, person, folder, progress, say, wearer, procedure)
+
+
 def fly_on_drives(
     options: LiveOptions,
     person: PersonForm,
@@ -126,6 +147,8 @@ def fly_on_drives(
     procedure: Procedure = LIVE,
 ) -> FlownOnDrives:
     """Learn the arm live, verify it if the procedure says so, and let it float.
+
+    An arm that is stored needs only the motion of a check, which refuses another person.
 
     Args:
         options: Options of the run.
@@ -143,15 +166,11 @@ def fly_on_drives(
         RigError: The machine is locked, a drive does not answer, or a process died before the loop began.
         RecordingError: There is no room for the recording.
     """
-    if not options.identify_s:
-        raise ConfigError(
-            "--identify is 0: the arm of a wearer in a machine on drives is learned live. Give --identify 60, or at "
-            "least 10."
-        )
+    files = procedure.files
+    before = None if files.participant is None else read_participant(files.participant)
+    options = _with_motion(options, before)
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    known_arm = procedure.known_arm
-    before = None if known_arm is None else read_participant(known_arm)
     told = procedure.form or form_of_wearer(
         description, person, options.simulate, wearer, None if before is None else before.person
     )
@@ -168,10 +187,11 @@ def fly_on_drives(
         known, key = readiness.calibration().whole, readiness.key
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
-        belief = None
-        if known_arm is not None and before is not None:
-            belief = _belief(known_arm, before, prepared, told.body, serial, say)
-            prepared = prepared if belief is None else replace(prepared, x=belief[0])
+        person_run = ParticipantRun(files, assembly, serial, told.body, datetime.now(UTC).replace(microsecond=0))
+        belief = person_run.belief(machine)
+        if person_run.warning:
+            say(person_run.warning)
+        prepared = prepared if belief is None else replace(prepared, x=belief[0])
         progress("Computing limits for an unknown arm" if belief is None else "Computing the person's limits", 0.0)
         limits = unknown_person(assembly, machine) if belief is None else person_believed(assembly, machine, belief)
         verification = _verification(prepared, options, options.seed) if procedure.is_verified else None
@@ -190,7 +210,11 @@ def fly_on_drives(
         lsl = streaming_of(options, description, period_s, listening)
         if not options.simulate:
             _await_enter(say, procedure.ready)
-        said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
+        said = {
+            **drawn_by(options),
+            "hashes": person_run.hashes,
+            "settings": {"options": options.recorded(), "machine": serial},
+        }
         loop_s = options.loop_s + passes_s
         performed = _performed(procedure, hands, prepared, period_s, progress, ordered, loop_s + BUSY_S)
         # A procedure ends before the loop of the guard, so that its error states the reason.
@@ -200,30 +224,31 @@ def fly_on_drives(
             flown = fly_plan(plan, loop_s, path, said, watch, watch.begin, is_tested=True, lsl=lsl)
         procedure.afterwards(drives, hands)
     lock_after_fault(key, flown.report, procedure.on_purpose)
-    watch.refuse(known_arm)
+    watch.refuse(files.participant)
+    kept = keep_flown(person_run, prepared, flown)
     if performed is not None and performed.failure is not None:
         raise _incomplete(performed.failure, flown, options, folder) from performed.failure
     figures = live_figures(
         options.rig, flown, wearer, prepared, f"passed: {key.file}", lsl, listening, machine=serial
     )  # fmt: skip
-    return FlownOnDrives(flown, figures, prepared, wearer, verification, told.body, serial)
+    figures = replace(figures, person=kept)
+    return FlownOnDrives(flown, figures, prepared, wearer, verification, told.body, serial, belief is not None)
 
 
-def _belief(
-    file: Path, before: StoredParticipant, prepared: ControllerKnowledge, body: Body, serial: str, say: Say
-) -> Belief | None:
-    """Return the belief of an earlier day; None if the file is refuted.
+def _with_motion(options: LiveOptions, before: StoredParticipant | None) -> LiveOptions:
+    """Return the options with the motion that this person needs.
 
     Raises:
-        ConfigError: The file is of another machine or another person.
+        ConfigError: The person is unknown, and there is no motion.
     """
-    now = datetime.now(UTC)
-    refuse_other(file, before, prepared.assembly, serial, now)
-    refuse_other_body(file, before, body)
-    if warning := refuted_text(before):
-        say(warning)
-        return None
-    return belief_today(before, prepared.assembly, prepared.machine, now)[0]
+    if before is not None:
+        return replace(options, identify_s=motion_needed_s(before, options.identify_s or MOTION_S))
+    if not options.identify_s:
+        raise ConfigError(
+            "--identify is 0: the arm of a wearer in a machine on drives is learned live. Give --identify 60, or at "
+            "least 10, or --participant CODE for a stored arm."
+        )
+    return options
 
 
 class OrderRings:

@@ -10,7 +10,7 @@ from exograv.errors import ConfigError
 from exograv.live.live_figures import LiveFigures
 from exograv.live.live_guided import LiveGuided
 from exograv.live.live_moved import LiveMoved
-from exograv.live.options import PersonForm
+from exograv.live.options import ReturningPerson
 from exograv.live.procedure_orders import TaughtRows
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.pilot import Progress
@@ -23,6 +23,7 @@ from exograv.procedures.rehabilitation.guided.taught_path import TaughtPath, mak
 from exograv.procedures.rehabilitation.guided.teach import STILL_S, StillAfterMotion, teach
 from exograv.results import MERGED, json_value
 
+from .arm_files import stored_arm
 from .connection import Say
 from .float_command import FlownOnDrives, Procedure, fly_on_drives
 from .support_level import live_options
@@ -73,13 +74,13 @@ def run_repeat_on_drives(
     options: RepeatOptions,
     path: Path,
     code: str | None,
-    person: PersonForm,
+    person: ReturningPerson,
     folder: Path,
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
 ) -> RepeatedOnDrives:
-    """Identify the arm of a person in a machine on drives, and lead it along a taught path.
+    """Identify the arm of a person in a machine on drives, or check a stored arm, and lead it along a taught path.
 
     Raises:
         ExogravError: The machine is not ready, or a file or an option cannot be used.
@@ -87,6 +88,7 @@ def run_repeat_on_drives(
     """
     description = load_rig(options.rig, options.side)
     refuse_two_arms(description)
+    files = stored_arm(person, options, folder)
     whole = read_taught(path, description, code)
     refuse_simulated(path, whole, options)
     rows, done = TaughtRows(whole.q_rad, whole.period_s), list[RepeatFigures]()
@@ -102,7 +104,7 @@ def run_repeat_on_drives(
 
     each_s = (len(whole.q_rad) - 1) * whole.period_s / options.speed + 2.0 * PATIENCE_S + 10.0 / APPROACH_RAD_S
     live = live_options(options, options.identify_s, AROUND_S + options.repetitions * each_s)
-    procedure = Procedure("run repeat", recording_name="repeat.mcap", moves=move, taught=rows)
+    procedure = Procedure("run repeat", files=files, recording_name="repeat.mcap", moves=move, taught=rows)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
     return RepeatedOnDrives(done[-1], path, GuidedFlight.of(description, run, options.simulate))
 
@@ -123,13 +125,13 @@ def run_teach_on_drives(
     options: GuidedOptions,
     path: Path,
     code: str,
-    person: PersonForm,
+    person: ReturningPerson,
     folder: Path,
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
 ) -> TaughtOnDrives:
-    """Identify the arm of a person in a machine on drives, let a therapist lead it, and store the path.
+    """Identify an arm in a machine on drives, or check a stored one, let a therapist lead it, and store the path.
 
     Raises:
         ConfigError: The path is not valid or leaves the allowed range, or a file or an option cannot be used.
@@ -138,6 +140,7 @@ def run_teach_on_drives(
     """
     description = load_rig(options.rig, options.side)
     refuse_two_arms(description)
+    files = stored_arm(person, options, folder)
     done: list[TaughtPath] = []
 
     def move(machine: LiveMoved, hands: Hands, shown: Progress) -> None:
@@ -153,7 +156,7 @@ def run_teach_on_drives(
         task = {"seconds": _seconds(done[-1]), "stretched": done[-1].stretched}
         machine.floating.write("/result", machine.floating.t, {"task": json_value(task), "rig": options.rig})
 
-    procedure = Procedure("run teach", recording_name="teach.mcap", moves=move)
+    procedure = Procedure("run teach", files=files, recording_name="teach.mcap", moves=move)
     live = live_options(options, options.identify_s, AROUND_S + TEACH_MAX_S)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
     whole = done[-1]

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exograv.errors import ConfigError
-from exograv.live.learned_person import learned_person
 from exograv.live.live_figures import LiveFigures
 from exograv.live.options import MOTION_S, LiveOptions, PersonForm
 from exograv.loop.pilot import Progress
@@ -12,18 +11,11 @@ from exograv.options import WornOptions
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, NotKept
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
-from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.recording.rounding import rounded
-from exograv.storage.participant_file import (
-    new_code,
-    read_participant,
-    refuse_other_than_participant,
-    refuted_text,
-    write_participant,
-)
+from exograv.storage.participant_file import refuse_other_than_participant
 
 from .connection import Say
-from .float_command import FlownOnDrives, Procedure, fly_on_drives
+from .float_command import Procedure, fly_on_drives
 
 FLOATS_S = 5.0
 """Time for which the arm floats after the identification [s]."""
@@ -66,39 +58,18 @@ def identify_on_drives(
         raise ConfigError(f"--seconds is {seconds:g}; allowed on drives: {MOTION_S[0]:g} to {MOTION_S[1]:g} s.")
     if files.keep is not None:
         refuse_other_than_participant(files.keep)
-    is_used = files.participant is not None and not refuted_text(read_participant(files.participant))
-    moved_s = FROM_FILE_S if is_used else seconds
     live = LiveOptions(
         rig=worn.rig, side=worn.side, level=worn.level, world=worn.world, seed=worn.seed, drives=worn.drives,
         simulate=worn.simulate, real_time=worn.real_time, calibration=worn.calibration, seconds=FLOATS_S,
-        identify_s=moved_s,
+        identify_s=seconds,
     )  # fmt: skip
-    procedure = Procedure("arm identify", known_arm=files.participant)
+    procedure = Procedure("arm identify", files=files)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
-    kept = _kept(run, files)
-    predicted = run.flown.predicted
+    predicted, kept = run.flown.predicted, run.figures.person
     return IdentifiedOnDrives(
         ok=run.flown.learned is not None and not isinstance(kept, NotKept),
-        from_file=is_used,
+        from_file=run.from_file,
         predicted_left_over_Nm=None if predicted is None else rounded(predicted),
         person=kept,
         live=run.figures,
     )
-
-
-def _kept(run: FlownOnDrives, files: ParticipantOptions) -> KeptParticipant | NotKept | None:
-    """Write the file of the arm, if it was requested.
-
-    Raises:
-        ConfigError: The file cannot be written.
-    """
-    learned, predicted, path = run.flown.learned, run.flown.predicted, files.keep
-    if path is None or learned is None or predicted is None:
-        return None
-    before = None if files.participant is None else read_participant(files.participant)
-    code = files.code or (new_code() if before is None else before.person.code)
-    whole = learned_person(code, run.body, run.prepared, run.serial, learned, predicted, before)
-    if whole is None:
-        return NotKept(None, f"Not kept. {learned.outcome.value}")
-    write_participant(path, whole)
-    return KeptParticipant.of(path, whole)

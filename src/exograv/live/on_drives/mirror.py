@@ -7,7 +7,7 @@ import numpy as np
 
 from exograv.live.live_guided import LiveGuided
 from exograv.live.live_moved import LiveMoved
-from exograv.live.options import PersonForm
+from exograv.live.options import ReturningPerson
 from exograv.loop.pilot import Progress
 from exograv.loop.tick_sample import ObservedMotion
 from exograv.model.assembly import read_exoskeleton
@@ -21,6 +21,7 @@ from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.options import MirrorOptions
 from exograv.results import MERGED, json_value
 
+from .arm_files import stored_arm
 from .connection import Say
 from .float_command import Procedure, fly_on_drives
 from .guided import AROUND_S, GuidedFlight, released
@@ -43,13 +44,13 @@ class MirrorOnDrives:
 
 def run_mirror_on_drives(
     options: MirrorOptions,
-    person: PersonForm,
+    person: ReturningPerson,
     folder: Path,
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
 ) -> MirrorOnDrives:
-    """Identify both arms of a person in a machine on drives, and guide one of them after the other.
+    """Identify both arms of a person in a machine on drives, or check stored ones, and guide one after the other.
 
     Raises:
         ConfigError: The machine does not have two mirrored arms, or a file or an option cannot be used.
@@ -58,6 +59,7 @@ def run_mirror_on_drives(
     """
     description = load_rig(options.rig, options.side)
     which = MirrorMap.of(description, read_exoskeleton(description), options.lead)
+    files = stored_arm(person, options, folder)
     done: list[tuple[MirrorFigures, Following]] = []
 
     def move(machine: LiveMoved, hands: Hands, _shown: Progress) -> None:
@@ -87,7 +89,7 @@ def run_mirror_on_drives(
         task = json_value({"session": found.figures, "following": done[-1][1]})
         machine.floating.write("/result", machine.floating.t, {"task": task, "rig": options.rig})
 
-    procedure = Procedure("run mirror", recording_name="mirror.mcap", moves=move, leading=options.lead)
+    procedure = Procedure("run mirror", files=files, recording_name="mirror.mcap", moves=move, leading=options.lead)
     live = live_options(options, options.identify_s, AROUND_S + options.seconds)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
     session, following = done[-1]

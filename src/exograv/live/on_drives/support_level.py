@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from exograv.live.live_figures import LiveFigures
-from exograv.live.options import LiveOptions, PersonForm
+from exograv.live.options import LiveOptions, ReturningPerson
 from exograv.loop.floating_machine import FloatingMachine
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
@@ -23,6 +23,7 @@ from exograv.procedures.rehabilitation.support_level.tested_support import (
 from exograv.report.figures.support_data import SupportOutcome
 from exograv.results import MERGED, json_value
 
+from .arm_files import stored_arm
 from .connection import Say
 from .float_command import Procedure, fly_on_drives
 
@@ -47,13 +48,13 @@ class SupportOnDrives:
 
 def run_support_level_on_drives(
     options: SupportOptions,
-    person: PersonForm,
+    person: ReturningPerson,
     folder: Path,
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
 ) -> SupportOnDrives:
-    """Identify the arm of a person in a machine on drives, and find the support that the person needs.
+    """Identify the arm of a person in a machine on drives, or check a stored arm, and find the needed support.
 
     Raises:
         ExogravError: The machine is not ready, or a file or an option cannot be used.
@@ -71,6 +72,7 @@ def run_support_level_on_drives(
 
     procedure = Procedure(
         "run support-level",
+        files=stored_arm(person, options, folder),
         simulation=options.simulation,
         recording_name=f"{options.name}.mcap",
         performs=test,

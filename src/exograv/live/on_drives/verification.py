@@ -6,7 +6,7 @@ from pathlib import Path
 
 from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
-from exograv.live.options import LiveOptions, PersonForm
+from exograv.live.options import LiveOptions, ReturningPerson
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
 from exograv.next_command import same_machine
@@ -23,6 +23,7 @@ from exograv.procedures.verification.figures import (
 from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.verification.verification import VerificationResult, evaluate_passes
 
+from .arm_files import stored_arm
 from .connection import Say
 from .float_command import FlownOnDrives, Procedure, fly_on_drives
 
@@ -32,13 +33,13 @@ FLOATS_S = 5.0
 
 def run_verification_on_drives(
     options: VerifyOptions,
-    person: PersonForm,
+    person: ReturningPerson,
     folder: Path,
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
 ) -> VerifyResult:
-    """Identify and verify an arm on drives, and compare with an earlier verification.
+    """Identify an arm on drives, or check a stored one, verify it, and compare with an earlier verification.
 
     Raises:
         ConfigError: An option or a file cannot be used.
@@ -49,7 +50,8 @@ def run_verification_on_drives(
     former = None if options.before is None else read_former(options.before, load_rig(options.rig, options.side).name)
     worn = {one.name: getattr(options, one.name) for one in fields(WornOptions)}
     live = LiveOptions(**worn, seconds=FLOATS_S, identify_s=MOTION_S)
-    run = fly_on_drives(live, person, folder, progress, say, wearer, Procedure("arm verify", is_verified=True))
+    procedure = Procedure("arm verify", files=stored_arm(person, options, folder), is_verified=True)
+    run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
     at = datetime.now(UTC)
     verified = _judged(run, progress, same_machine("rig self-test", options, folder))
     description, learned = run.prepared.assembly.description, run.figures.identified

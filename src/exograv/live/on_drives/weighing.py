@@ -9,7 +9,7 @@ import numpy as np
 
 from exograv.live.live_figures import LiveFigures
 from exograv.live.live_moved import LiveMoved
-from exograv.live.options import PersonForm
+from exograv.live.options import ReturningPerson
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.moved_machine import approach
 from exograv.loop.phases import LAYING_DOWN
@@ -17,6 +17,7 @@ from exograv.loop.pilot import Progress
 from exograv.model.arm import WeightPlace
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.hands import Hands
+from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.weighing.arm_check import ArmCheck
 from exograv.procedures.weighing.known_weight import put_down, weigh
@@ -25,6 +26,7 @@ from exograv.procedures.weighing.placed_weight import PlacedWeight
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.results import json_value
 
+from .arm_files import stored_arm
 from .connection import Say
 from .float_command import Procedure, fly_on_drives
 from .support_level import live_options
@@ -53,7 +55,7 @@ class WeighOnDrivesResult:
     rig: str
     is_simulated: bool
     arm_mass_kg: float | None
-    """Mass of the arm by the check of the form [kg]; None after a motion of less than 20 s."""
+    """Mass of the arm by the check of the form [kg]; None for a stored arm, and after a motion of less than 20 s."""
     ci95_kg: Interval | None
     why: str
     """Verdict about the form."""
@@ -89,20 +91,20 @@ class WeightAtPerson:
 
 def run_weighing_on_drives(
     options: WeighOptions,
-    person: PersonForm,
+    person: ReturningPerson,
     folder: Path,
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
 ) -> WeighOnDrivesResult:
-    """Identify the arm of a person in a machine on drives, and weigh what the person holds.
+    """Identify the arm of a person in a machine on drives, or check a stored arm, and weigh what the person holds.
 
     Raises:
         ExogravError: The machine is not ready, or a file or an option cannot be used.
-        IdentificationError: The arm contradicts the form.
+        IdentificationError: The arm contradicts the form, or the person's file.
         RigError: The machine cannot carry a weight, or was stopped before the end.
     """
-    description = load_rig(options.rig, options.side)
+    description, files = load_rig(options.rig, options.side), stored_arm(person, options, folder)
     found: list[Weighing] = []
 
     def move(machine: LiveMoved, hands: Hands, _shown: Progress) -> None:
@@ -119,7 +121,7 @@ def run_weighing_on_drives(
         if placed:
             approach(machine, LAYING_DOWN, np.array(description.donning_posture), "Bringing the arm back")
 
-    procedure = Procedure("arm weigh", recording_name="weigh.mcap", moves=move)
+    procedure = Procedure("arm weigh", files=files, recording_name="weigh.mcap", moves=move)
     seconds = WEIGHING_MAX_S * max(len(options.weights), 1)
     live = live_options(options, options.identify_s, seconds)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)
@@ -130,7 +132,7 @@ def run_weighing_on_drives(
         is_simulated=options.simulate,
         arm_mass_kg=None if check is None else round(check.arm_mass, 4),
         ci95_kg=None if check is None else _rounded(check.ci95),
-        why="The motion was too short for a check of the form." if check is None else check.why,
+        why=_unchecked(run.from_file, files) if check is None else check.why,
         weights=[
             WeightOnDrives(
                 one.place,
@@ -143,6 +145,12 @@ def run_weighing_on_drives(
         recording=run.flown.path,
         live=run.figures,
     )
+
+
+def _unchecked(from_file: bool, files: ParticipantOptions) -> str:
+    if from_file:
+        return f"The arm agrees with {files.participant}, so it was not compared with the form."
+    return "The motion was too short for a check of the form."
 
 
 def _rounded(interval: tuple[float, float]) -> Interval:

@@ -22,6 +22,11 @@ class ParticipantOptions(Options):
     participant: Path | None = None
     """File of an earlier donning (`--keep`) to start from."""
 
+    @classmethod
+    def of_file(cls, file: Path, code: str) -> "ParticipantOptions":
+        """Return the options of a session: it starts from the person's file if there is one, and writes it."""
+        return cls(keep=file, code=code, participant=file if file.exists() else None)
+
     def refuse_method(self, method: MethodName) -> None:
         """Check before a run that a method's estimate can be kept, or continued from a file.
 

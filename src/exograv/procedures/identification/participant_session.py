@@ -52,6 +52,11 @@ DISAGREED = (
 NOTHING_LEARNED = "Not kept. No rest has given an estimate of a relaxed arm."
 
 
+def motion_needed_s(before: StoredParticipant | None, unknown_s: float = MOTION_S) -> float:
+    """Duration of the motion that a person needs [s]: `unknown_s` unless there is a file that may be used."""
+    return unknown_s if before is None or refuted_text(before) else FROM_FILE_S
+
+
 @dataclass(frozen=True)
 class KeptParticipant:
     """Result of writing a participant's file, with the warning for its next session; empty without one."""
@@ -128,7 +133,7 @@ class ParticipantRun:
     @property
     def motion_s(self) -> float:
         """Duration of the motion that this person needs [s]."""
-        return MOTION_S if self.before is None or self.warning else FROM_FILE_S
+        return motion_needed_s(self.before)
 
     def warn(self, recording: RecordingWriter | None, t: float) -> None:
         """Record the warning at rig time `t` [s], if there is one."""
@@ -218,12 +223,14 @@ class ParticipantRun:
             held_out_error_Nm=rounded(np.array(learned.held_out_error_Nm)),
             held_out_s=round(learned.held_out_s, 2),
         )
-        person = StoredPerson.of(self._code(), self.told)
+        person = StoredPerson.of(self.code, self.told)
         whole = stored_person(person, self.assembly, self.serial, identified, learned.arrays)
         write_participant(path, whole)
         return KeptParticipant.of(path, whole)
 
-    def _code(self) -> str:
+    @property
+    def code(self) -> str:
+        """Code for the file: the requested one, that of the file before, or a random one."""
         if self.options.code is not None:
             return self.options.code
         return new_code() if self.before is None else self.before.person.code

@@ -34,7 +34,7 @@ class WeighOptions(WornOptions):
     """
 
     identify_s: Annotated[float, tyro.conf.arg(name="identify", metavar="S"), ON_DRIVES] = 60.0
-    """Duration of the motion with which the arm is identified first, 10 or more; on drives only."""
+    """Duration of the motion with which an arm without a file is identified first, 10 or more; on drives only."""
 
     @property
     def weights(self) -> dict[Literal["hand", "forearm"], float]:

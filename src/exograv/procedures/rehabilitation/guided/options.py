@@ -21,7 +21,7 @@ class GuidedOptions(WornOptions):
     """File calibration.toml of this machine, by default in the folder of --out; on drives only."""
 
     identify_s: Annotated[float, tyro.conf.arg(name="identify", metavar="S"), ON_DRIVES] = 60.0
-    """Duration of the motion with which the arm is identified first, 10 or more; on drives only."""
+    """Duration of the motion with which an arm without a file is identified first, 10 or more; on drives only."""
 
 
 @dataclass(frozen=True)
