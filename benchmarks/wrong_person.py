@@ -27,13 +27,14 @@ from exograv.identification.recursive.previous_session import carried_over, kept
 from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.procedures.identification.estimator_session import Belief
-from exograv.procedures.identification.person_check import JUDGED_S, PersonCheck
+from exograv.procedures.identification.person_check import PersonCheck
+from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.rig.twin import day_seed
 from exograv.storage.participant_file import other_body
 from exograv.storage.participant_schema import StoredPerson
 from seeds import seed_range
 
-FIRST_S, SECOND_S = 61.0, JUDGED_S[-1] + 2.0
+FIRST_S = 61.0
 KEPT_EVERY_S = 0.004
 
 
@@ -63,7 +64,7 @@ def record(rig: str, level: int, seed: int) -> dict[str, Any]:
     assert covariance is not None, "the recursive method states one"
     kept = kept_part(layout)
     whole: dict[str, Any] = {"mean": found.x[kept], "covariance": covariance[kept, kept]}
-    _, samples = day(1, SECOND_S, today(whole, layout, prior(assembly, machine)))
+    _, samples = day(1, FROM_FILE_S, today(whole, layout, prior(assembly, machine)))
     return whole | {"seed": seed, "machine": machine, "samples": samples, "rig": rig, "level": level}
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Estimate, Outcome
-from exograv.live.arm_worker import LearnedArm, PassesResult
+from exograv.live.arm_worker import EstimateReport, LearnedArm, PassesResult
 from exograv.live.worker_supervisor import WorkerKeeper
 from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
 from exograv.safety.limits import PersonLimits
@@ -21,6 +21,7 @@ ESTIMATE = Estimate(1.0, np.zeros(1), None, 0.0, 1.0)
 CARRIED = CarriedArm(ESTIMATE.x, None, *np.ones((5, 1)))
 LEARNED = LearnedArm(1.0, ESTIMATE, CARRIED, Outcome.TIME_IS_UP, "", None, None, PERSON)
 PASSED = PassesResult(2.0, (), 1.0, PERSON)
+REPORT = EstimateReport(1.0, *[np.zeros(1)] * 6)
 
 
 class Process:
@@ -46,12 +47,32 @@ def unbuilt() -> Any:
     raise AssertionError("nobody is started here")
 
 
+@pytest.mark.parametrize("refused", [{"is_contradicted": True}, {"refusal": "The form belongs to another adult."}])
+def test_an_arm_that_contradicts_its_file_or_form_is_never_given_to_the_guard(
+    refused: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("exograv.runtime.processes.supervisor.spawned", lambda *_: (Process(), ours))
+    ours, its = Pipe()
+    memory, heard = WorkerMemory(1, 1, 10), list[object]()
+    findings = memory.finding_ring()
+    keeper = WorkerKeeper(WorkerJob(unbuilt, memory), findings, lambda *_: None, heard.append)
+    for word in (REPORT, replace(REPORT, **refused), LEARNED):
+        its.send(word)
+    keeper.check()
+    keeper.close()
+    findings.close()
+    assert keeper.judged == replace(REPORT, **refused)
+    assert keeper.learned is None
+    assert heard == []
+
+
 @pytest.mark.parametrize(
     ("words", "is_led", "restarts"),
     [
         ([[LEARNED]], [False], 0),
         ([[replace(LEARNED, is_led=True)], [replace(LEARNED, is_led=True), PASSED]], [True, False], 1),
         ([[replace(LEARNED, is_led=True), PASSED]], [True, False], 0),
+        ([[REPORT, LEARNED]], [False], 0),
     ],
 )
 def test_each_word_is_passed_on_once(

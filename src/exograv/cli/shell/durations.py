@@ -7,6 +7,7 @@ slow computer takes several times as long.
 import os
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -122,15 +123,24 @@ def _accept(options: Any) -> float | None:
 
 
 def _live(options: Any) -> float:
+    if options.participant is not None:
+        options = replace(options, identify_s=_stored_arm_s())
     if options.waits:
         joints = _joints(options)
         return options.loop_s * (1.0 + BUS_WAITS * max(joints - JOINTS, 0)) + BUS_START_S * joints
     return options.loop_s + (10.0 if options.is_on_drives or options.identify_s else 35.0)
 
 
+def _stored_arm_s() -> float:
+    """Duration of the motion that checks a stored arm [s]."""
+    from exograv.procedures.identification.warm_start import FROM_FILE_S
+
+    return FROM_FILE_S
+
+
 def _verify(options: Any) -> float:
     if options.is_on_drives:
-        return 60.0 + 138.0 + 30.0
+        return (60.0 if options.participant is None else _stored_arm_s()) + 138.0 + 30.0
     return _prepared(options) + VERIFIED_S
 
 

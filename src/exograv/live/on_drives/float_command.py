@@ -43,7 +43,7 @@ from exograv.rig.drives.opening import open_drives
 from exograv.rig.drives.settings import Drives
 from exograv.runtime.lsl.listening import Listening
 from exograv.safety.stops import StopReason
-from exograv.storage.participant_file import read_participant
+from exograv.storage.participant_file import AGAIN, read_participant
 from exograv.storage.participant_schema import StoredParticipant
 
 from .arm_files import keep_flown, stored_arm
@@ -334,9 +334,8 @@ class PersonWatch:
             raise IdentificationError(f"{self.refusal} The arm was let down. Correct the form, then repeat.")
         if self.is_contradicted:
             raise IdentificationError(
-                f"{known_arm} does not fit this arm: another person's file, or a large change. The arm was let down. "
-                "Check the code, and any load in the hand. Without --participant the person is identified from the "
-                "start."
+                f"{known_arm} does not fit this arm: another person's file, or a large change. The arm was let down, "
+                f"and the file is unchanged. Check the code, and any load in the hand. If both are right: {AGAIN}"
             )
 
     def __call__(self, text: str, share: float) -> None:

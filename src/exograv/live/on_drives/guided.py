@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
+
 from exograv.errors import ConfigError
 from exograv.live.live_figures import LiveFigures
 from exograv.live.live_guided import LiveGuided
@@ -13,11 +15,15 @@ from exograv.live.live_moved import LiveMoved
 from exograv.live.options import ReturningPerson
 from exograv.live.procedure_orders import TaughtRows
 from exograv.loop.keyboard import is_line_typed
+from exograv.loop.moved_machine import MovedMachine, approach
+from exograv.loop.phases import ON_THE_WAY
 from exograv.loop.pilot import Progress
+from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.procedures.bring_up.hands import BenchHands, Hands
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.rehabilitation.guided.options import GuidedOptions, RepeatOptions
+from exograv.procedures.rehabilitation.guided.path_shaping import allowed_range
 from exograv.procedures.rehabilitation.guided.repeat import APPROACH_RAD_S, PATIENCE_S, RepeatFigures, repeat
 from exograv.procedures.rehabilitation.guided.taught_path import TaughtPath, make_taught_path, read_taught, write_taught
 from exograv.procedures.rehabilitation.guided.teach import STILL_S, StillAfterMotion, teach
@@ -38,6 +44,9 @@ LEAD = (
     f"Lead the arm along the path now. Then hold it still for {STILL_S:g} s: the machine lets it down, so support it."
 )
 """Instruction to the therapist."""
+
+ROOM_RAD = np.deg2rad(10.0)
+"""Distance from the edge of the range of a path at which a therapist takes an arm that was outside [rad]."""
 
 LOOK_S = 0.1
 """Time between two looks whether the operator has pressed Enter [s]."""
@@ -144,6 +153,7 @@ def run_teach_on_drives(
     done: list[TaughtPath] = []
 
     def move(machine: LiveMoved, hands: Hands, shown: Progress) -> None:
+        bring_inside(machine, description)
         machine.let_others_lead()
         shown("The arm floats; lead it", 0.0)
         if isinstance(hands, BenchHands):
@@ -167,6 +177,21 @@ def run_teach_on_drives(
 
 def _seconds(whole: TaughtPath) -> float:
     return round((len(whole.q_rad) - 1) * whole.period_s, 2)
+
+
+def bring_inside(machine: MovedMachine, description: RigDescription) -> None:
+    """Move the arm to where a path may begin. The motion that checks a stored arm can end outside.
+
+    Raises:
+        RigError: The machine was stopped.
+    """
+    lower, upper = allowed_range(description, read_exoskeleton(description))
+    if ((machine.q >= lower) & (machine.q <= upper)).all():
+        return
+    machine.lead()
+    posture = np.clip(machine.q, lower + ROOM_RAD, upper - ROOM_RAD)
+    approach(machine, ON_THE_WAY, posture, "Bringing the arm into the task workspace")
+    machine.let_float()
 
 
 def refuse_two_arms(description: RigDescription) -> None:

@@ -13,8 +13,11 @@ from exograv.identification.recursive.prior_comparison import UnexplainedTorque,
 
 from .estimator_session import Belief
 
-JUDGED_S = (5.0, 10.0, 20.0)
-"""Times of motion after which the samples are compared [s]."""
+JUDGED_S = (5.0, 10.0, 19.0)
+"""Times of motion after which the samples are compared [s].
+
+The last one must come before the end of `FROM_FILE_S`: the filter of the samples takes up to 0.3 s of the motion.
+"""
 
 ONE_IN = 4
 """Divisor of the sample rate: one in so many means over `BATCH_PERIOD_S` is compared [-]."""
