@@ -76,21 +76,12 @@ class ReadyMachine:
 
     def flown(self, *words: str) -> dict[str, Any]:
         """Run a command to its end, and return its figures."""
-        process = self._run(*words)
-        assert process.returncode == 0, process.stdout
-        return json.loads((self.folder / "figures.json").read_text(encoding="utf-8"))
-
-    def refused(self, *words: str) -> str:
-        """Run a command that is refused, and return the output on one line."""
-        process = self._run(*words)
-        assert process.returncode == 1, process.stdout
-        return " ".join(process.stdout.split())
-
-    def _run(self, *words: str) -> "subprocess.CompletedProcess[str]":
-        return subprocess.run(
+        process = subprocess.run(
             self.command(*words), cwd=self.folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, check=False,
         )  # fmt: skip
+        assert process.returncode == 0, process.stdout
+        return json.loads((self.folder / "figures.json").read_text(encoding="utf-8"))
 
     def replayed(self, recording: Path) -> str:
         """Replay a recording and return the output."""

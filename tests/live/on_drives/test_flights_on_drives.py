@@ -19,14 +19,22 @@ from tests.console.of_process import short_training
 from tests.lsl_network import VARIABLE, own_network
 
 import exograv
+from exograv.identification.core.prior import prior
 from exograv.laboratory.amplifier.amplifier_command import EMG
 from exograv.laboratory.amplifier.electrodes import TRIGGER, pulse_times
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.live.on_drives.acceptance_weighing import ERROR_KG, ERROR_SHARE
+from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
+from exograv.model.support import assemble
+from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.recording import read_recording
 from exograv.rig.drives.simulated.address import free_port
+from exograv.storage.calibration_file import read_calibration
+from exograv.storage.participant_file import read_participant, write_participant
+from exograv.storage.participant_schema import StoredParticipant, parameter_rows
+from exograv.storage.sealed_file import sealed
 from exograv.study.importers.imported_session import StatedSession
 from exograv.study.importers.recording import import_recording
 
@@ -37,6 +45,9 @@ SEED, LEVEL, PERIOD_MS = 1022, 1, 4
 
 REPEAT_RMS_DEG = 3.0
 """Largest RMS error of a joint on a repeated path [°], as in lock-step."""
+
+HEAVIER = 1.4
+"""Body mass of another person, over that of the form [-]."""
 
 PULSE_S = 0.005
 """Median of the time from the pulse of a touch to the touch as the page states it [s], on a shared computer."""
@@ -111,6 +122,48 @@ def test_an_arm_is_kept_and_only_checked_the_next_time(machine: Machine):
     again = machine.flown("arm", "identify", "--participant", "arm.toml", "--keep", "again.toml")
     assert (again["from_file"], again["person"]["code"], again["person"]["donnings"]) == (True, "P-08", 2)
     assert again["live"]["identified"]["motion_s"] < first["live"]["identified"]["motion_s"]
+
+
+def other_person(whole: StoredParticipant, calibration: Path) -> StoredParticipant:
+    """Return the file with the arm of a heavier person of the same form, as stated by the table."""
+    person, machine = whole.person, read_calibration(calibration).calibration().machine
+    means = [
+        np.array([row.mean for row in parameter_rows(assembly, *prior(assembly, machine))])
+        for assembly in (
+            assemble(load_rig("recupera_like"), Body(person.height_m, mass, person.sex, dict(person.lengths_m)))
+            for mass in (person.mass_kg, HEAVIER * person.mass_kg)
+        )
+    ]
+    rows = [
+        row.model_copy(update={"mean": row.mean + float(more)})
+        for row, more in zip(whole.parameters, means[1] - means[0], strict=True)
+    ]
+    return sealed(whole.model_copy(update={"parameters": rows}))
+
+
+def test_a_weight_is_weighed_from_a_stored_arm_and_with_that_of_another_person_no_procedure_begins(machine: Machine):
+    file = machine.folder / "out" / "participants" / "P-09.toml"
+    machine.flown("arm", "identify", "--seconds", "25", "--keep", str(file), "--code", "P-09")
+    words = ("arm", "weigh", "--participant", "P-09", "--hand-weight", "1")
+    found = machine.flown(*words)
+    assert found["live"]["identified"]["motion_s"] == pytest.approx(FROM_FILE_S, abs=0.3)
+    assert (found["live"]["person"]["code"], found["live"]["person"]["donnings"]) == ("P-09", 2)
+    (weight,) = found["weights"]
+    assert abs(weight["estimated_kg"] - 1.0) <= max(ERROR_SHARE, ERROR_KG)
+    path = machine.folder / found["recording"]
+    command = [sys.executable, "-m", "exograv.cli", "data", "replay", str(path), "--out", "replay"]
+    process = subprocess.run(command, cwd=machine.folder, text=True, capture_output=True, check=False)
+    assert "to the last bit" in process.stdout, process.stdout
+    write_participant(file, other_person(read_participant(file), machine.folder / "out" / "calibration.toml"))
+    before = file.read_bytes()
+    shutil.copy(machine.folder / "pass.toml", machine.folder / "out" / "self_test.toml")
+    refused = machine.exograv(*words)
+    assert refused.returncode == 1
+    assert "does not fit this arm: another person's file" in " ".join(refused.stdout.split())
+    acts = {one["act"] for one in read_recording(path).messages("/control")}
+    assert "publish" in acts
+    assert not acts & {"wear", "order"}
+    assert file.read_bytes() == before
 
 
 def test_a_session_runs_from_the_motors_that_switch_on_to_the_arm_that_is_given_back(machine: Machine):

@@ -7,7 +7,6 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from tests.live.on_drives.ready_machine import ReadyMachine
 
 from exograv import cli
 from exograv.cli.shell.command import command_class, options_of
@@ -20,15 +19,15 @@ from exograv.live.arm_worker import LearnedArm
 from exograv.live.live_processes import LiveResult
 from exograv.live.on_drives.arm_files import arm_of_session, keep_flown, stored_arm
 from exograv.live.on_drives.float_command import float_on_drives
-from exograv.live.on_drives.guided import run_repeat_on_drives, run_teach_on_drives
+from exograv.live.on_drives.guided import ROOM_RAD, bring_inside, run_repeat_on_drives, run_teach_on_drives
 from exograv.live.on_drives.mirror import run_mirror_on_drives
 from exograv.live.on_drives.support_level import run_support_level_on_drives
 from exograv.live.on_drives.verification import run_verification_on_drives
 from exograv.live.on_drives.weighing import run_weighing_on_drives
 from exograv.live.options import LiveOptions, ReturningPerson
-from exograv.model.anthropometry import Body
+from exograv.loop.moved_machine import MovedMachine
+from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
-from exograv.model.support import assemble
 from exograv.options import MachineOptions
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import (
@@ -40,21 +39,17 @@ from exograv.procedures.identification.participant_session import (
 )
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.rehabilitation.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
+from exograv.procedures.rehabilitation.guided.path_shaping import allowed_range
 from exograv.procedures.rehabilitation.support_level.options import SupportOptions
 from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.weighing.options import WeighOptions
-from exograv.storage.calibration_file import read_calibration
 from exograv.storage.participant_file import read_participant, write_participant
-from exograv.storage.participant_schema import Identified, StoredParticipant, StoredPerson, parameter_rows
-from exograv.storage.sealed_file import sealed
+from exograv.storage.participant_schema import Identified, StoredParticipant, StoredPerson
 
 SEED, SERIAL = 1002, "serial 7"
 DRIVES = Path("drives.toml")
 LABORATORY = draw_laboratory("recupera_like", None, 0, SEED)
 PREPARED = ideal_knowledge(LABORATORY, 0.0)
-
-HEAVIER = 1.4
-"""Body mass of another person, over that of the form [-]."""
 
 BY_CODE = {
     "arm verify", "arm weigh", "run assist", "run console", "run live", "run mirror", "run repeat", "run support-level",
@@ -175,37 +170,19 @@ def test_without_a_request_no_file_is_written():
     assert keep_flown(run_of(ParticipantOptions()), PREPARED, flown(Outcome.CONVERGED)) is None
 
 
-def other_person(whole: StoredParticipant, calibration: Path) -> StoredParticipant:
-    """Return the file with the arm of a heavier person of the same form, as stated by the table."""
-    person, machine = whole.person, read_calibration(calibration).calibration().machine
-    means = [
-        np.array([row.mean for row in parameter_rows(assembly, *prior(assembly, machine))])
-        for assembly in (
-            assemble(load_rig("recupera_like"), Body(person.height_m, mass, person.sex, dict(person.lengths_m)))
-            for mass in (person.mass_kg, HEAVIER * person.mass_kg)
-        )
-    ]
-    rows = [
-        row.model_copy(update={"mean": row.mean + float(more)})
-        for row, more in zip(whole.parameters, means[1] - means[0], strict=True)
-    ]
-    return sealed(whole.model_copy(update={"parameters": rows}))
-
-
-@pytest.mark.slow
-def test_a_stored_arm_is_checked_carried_and_kept_and_that_of_another_person_is_carried_by_no_procedure(
-    tmp_path: Path,
-):
-    machine = ReadyMachine.made(tmp_path, "recupera_like")
-    file = tmp_path / "out" / "participants" / "P-07.toml"
-    machine.flown("arm", "identify", "recupera_like", "--seconds", "25", "--keep", str(file), "--code", "P-07")
-    found = machine.flown("run", "live", "recupera_like", "--seconds", "2", "--participant", "P-07")
-    assert found["identified"]["motion_s"] == pytest.approx(FROM_FILE_S, abs=0.1)
-    assert (found["person"]["code"], found["person"]["donnings"]) == ("P-07", 2)
-    assert "to the last bit" in machine.replayed(tmp_path / found["recording"])
-    write_participant(file, other_person(read_participant(file), tmp_path / "out" / "calibration.toml"))
-    before = file.read_bytes()
-    for command in (("arm", "weigh"), ("run", "live", "--seconds", "2")):
-        said = machine.refused(*command[:2], "recupera_like", *command[2:], "--participant", "P-07")
-        assert "does not fit this arm: another person's file" in said
-    assert file.read_bytes() == before
+@pytest.mark.parametrize("is_outside", [False, True])
+def test_an_arm_outside_the_range_of_a_path_is_brought_inside_before_it_is_led(is_outside: bool):
+    description = load_rig("recupera_like")
+    lower, upper = allowed_range(description, read_exoskeleton(description))
+    q = 0.5 * (lower + upper)
+    q[2] = lower[2] - 0.1 if is_outside else q[2]
+    machine = Mock(spec=MovedMachine, q=q, period_s=0.004)
+    bring_inside(machine, description)
+    if not is_outside:
+        assert machine.method_calls == []
+        return
+    assert [call[0] for call in machine.method_calls] == ["lead", "follow", "let_float"]
+    way = machine.follow.call_args.args[0]
+    at = np.array([way.at(k)[0] for k in range(len(way))])
+    assert (np.diff(at[:, 2]) >= 0.0).all()
+    assert ((at[-1] >= lower + ROOM_RAD - 1e-9) & (at[-1] <= upper - ROOM_RAD + 1e-9)).all()
