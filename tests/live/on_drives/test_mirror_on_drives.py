@@ -8,7 +8,7 @@ from tests.live.on_drives.ready_machine import ReadyMachine
 
 from exograv.errors import ConfigError
 from exograv.live.on_drives.mirror import run_mirror_on_drives
-from exograv.live.options import PersonForm
+from exograv.live.options import ReturningPerson
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
@@ -25,7 +25,7 @@ MIRROR_RMS_DEG, LATE_S = 5.0, 0.3
 def test_a_machine_for_one_arm_is_refused_before_anything_starts(tmp_path: Path):
     options = MirrorOptions(rig="recupera_like", simulate=True)
     with pytest.raises(ConfigError, match="does not have two arms"):
-        run_mirror_on_drives(options, PersonForm(), tmp_path, lambda *_: None, lambda _: None)
+        run_mirror_on_drives(options, ReturningPerson(), tmp_path, lambda *_: None, lambda _: None)
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Each procedure over drives starts from the stored arm of a person, by the rules of a session."""
 
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -65,7 +66,7 @@ def stored(code: str = "P-07", outcome: Outcome = Outcome.CONVERGED) -> StoredPa
     """Return the content of a file of the arm of the table."""
     assembly = PREPARED.assembly
     identified = Identified(
-        at_utc="2026-01-01T00:00:00Z", donnings=1, method="recursive", prior_sha256="", motion="designed",
+        at_utc=datetime(2026, 1, 1, tzinfo=UTC), donnings=1, method="recursive", prior_sha256="", motion="designed",
         motion_s=60.0, calibration_sha256="", outcome=outcome.value, predicted_left_over_Nm=[],
         held_out_error_Nm=[], held_out_s=0.0,
     )  # fmt: skip
