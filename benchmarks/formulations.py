@@ -79,7 +79,7 @@ def present(setting: Setting) -> Method:
 def straight_springs(setting: Setting) -> Method:
     """Return the estimator without hidden tissue: linear springs only."""
     s = setting
-    return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
+    return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy, None, s.path)
 
 
 def nothing_considered(setting: Setting) -> Method:
@@ -110,6 +110,11 @@ def wide_path(setting: Setting) -> Method:
     return _with_path(setting, 4.0)
 
 
+def known_path(setting: Setting) -> Method:
+    """Return the estimator without considered errors of that path."""
+    return methods.built("recursive", replace(setting, path=None))
+
+
 def _with_path(setting: Setting, factor: float) -> Method:
     covariance = setting.covariance.copy()
     for shoulder in cast(Springs, setting.springs).shoulders:
@@ -130,6 +135,7 @@ FORMULATIONS: Mapping[str, Callable[[Setting], Method]] = {
     "linear cuffs": linear_cuffs,
     "usual path": usual_path,
     "wide path": wide_path,
+    "known path": known_path,
     "straight springs": straight_springs,
     "nothing considered": nothing_considered,
     "estimated fields": estimated_fields,

@@ -25,7 +25,7 @@ def _recursive(setting: Setting) -> Method:
     s = setting
     model, hidden = with_hidden(s.model, s)
     model = instrumented(model, hidden, s)
-    return Recursive(model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy, hidden)
+    return Recursive(model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy, hidden, s.path)
 
 
 def instrumented(model: TorqueModel, hidden: Hidden | None, setting: Setting) -> TorqueModel:

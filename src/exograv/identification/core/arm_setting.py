@@ -13,6 +13,7 @@ from .discrepancy import Discrepancy
 from .hidden_cuffs import Cuffs
 from .interface import Covariance, Parameters, TorqueModel
 from .noise import Noise
+from .path_discrepancy import PathDiscrepancy
 from .prior import disturbance_sd, usual_springs
 from .setting import Setting
 from .tissue import Shoulder, Springs
@@ -40,6 +41,7 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
         learned=np.ones(len(mean), dtype=bool),
         machine=of_machine,
         discrepancy=discrepancy,
+        path=PathDiscrepancy([shoulder.offset for shoulder in shoulders], assembly.n),
         springs=Springs(layout.stiffness, layout.spring_offset, _angles, stiffness, neutral, shoulders),
         cuffs=Cuffs(len(assembly.cuffs), lambda model: cast(ArmModel, model).cuff_loads()),
         again=model.again,

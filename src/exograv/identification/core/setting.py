@@ -11,6 +11,7 @@ from .hidden_cuffs import Cuffs
 from .interface import Covariance, Joints, Parameters, TorqueModel
 from .muscle_signals import MuscleSignals
 from .noise import Noise
+from .path_discrepancy import PathDiscrepancy
 from .tissue import Springs
 
 RESIDUAL_MIN_NM = 0.01
@@ -41,6 +42,9 @@ class Setting:
     """Parameters that stage 0, the calibration of the machine, has identified; a method in stages keeps them."""
 
     discrepancy: Discrepancy | None = None
+
+    path: PathDiscrepancy | None = None
+    """Errors of the path of the shoulder's centre; None without an arm."""
 
     springs: Springs | None = None
 

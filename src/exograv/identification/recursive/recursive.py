@@ -17,6 +17,7 @@ from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Agreement, Covariance, Estimate, Parameters, Sample, TorqueModel
 from exograv.identification.core.misfit import USUAL_MISFIT, misfit
 from exograv.identification.core.noise import Noise
+from exograv.identification.core.path_discrepancy import PathDiscrepancy
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.square_root import GATE, FilterBank, square_root
@@ -110,6 +111,7 @@ class Recursive:
         bodies: tuple[slice, ...],
         discrepancy: Discrepancy | None = None,
         hidden: Hidden | None = None,
+        path: PathDiscrepancy | None = None,
     ):
         """Start from the prior.
 
@@ -121,9 +123,10 @@ class Recursive:
             bodies: Slices with the inertial parameters of the bodies.
             discrepancy: Model errors that repeat with the posture.
             hidden: Prior of further parameters of the model, which are learned but are not in an estimate.
+            path: Errors of the path of the shoulder's centre.
         """
         self._told = len(mean)
-        self._model, self._noise, self._discrepancy = model, noise, discrepancy
+        self._model, self._noise, self._discrepancy, self._path = model, noise, discrepancy, path
         hidden = hidden or NOTHING_HIDDEN
         self._mean = np.append(mean, np.zeros(len(hidden.sd)))
         self._unwhiten = np.asarray(block_diag(square_root(covariance), np.diag(hidden.sd)))
@@ -138,7 +141,9 @@ class Recursive:
         self._averages = Averages(BATCH_PERIOD_S)
         self._history: list[Sample] = []
         self._errors: list[np.ndarray] = []
-        """Effect of each considered error on each sample; it depends on the motion alone."""
+        """Torque of the discrepancy at each sample [N·m]; it depends on the motion alone."""
+        self._displacements: list[np.ndarray] = []
+        """Displacements of the shoulder's centre by the errors of its path at each sample [m]."""
         self._relinearise_t = RELINEARISE_FIRST_S
         self._misfit = USUAL_MISFIT
         """Size of the residual that repeats with the posture, over the expected discrepancy [-]."""
@@ -155,6 +160,8 @@ class Recursive:
             return
         if self._discrepancy is not None:
             self._errors.append(self._discrepancy.errors_of_joint(kept.q, kept.v))
+        if self._path is not None:
+            self._displacements.append(self._path.displacements(kept.q))
         self._take(kept)
         self._history.append(kept)
         if sample.t >= self._relinearise_t:
@@ -257,8 +264,17 @@ class Recursive:
         flat = derivative.reshape(-1, len(x))
         H = (flat @ self._unwhiten).reshape(*tau.shape, -1)
         y = measured - tau + (flat @ (x - self._mean)).reshape(tau.shape)
-        errors = np.array(self._errors) if self._errors else None
+        errors = self._considered(derivative, slice(None))
         return _Linear(dt, H, y, self._noise_sd(dt[:, None], uncertainty), errors)
+
+    def _considered(
+        self, derivative: Float[np.ndarray, "*sample joint parameter"], at: slice | int
+    ) -> Float[np.ndarray, "*sample joint considered"] | None:
+        """Torque of all considered errors of each joint at one or all samples [N·m]; None without any."""
+        parts = [np.array(self._errors[at])] if self._errors else []
+        if self._path is not None:
+            parts.append(self._path.errors_of_joint(derivative, np.array(self._displacements[at])))
+        return np.concatenate(parts, axis=-1) if parts else None
 
     def _take(self, sample: Sample) -> None:
         dt = min(sample.t - self._history[-1].t, GAP_MAX_S) if self._history else FIRST_GAP_S
@@ -268,7 +284,7 @@ class Recursive:
         noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)
         self._samples += 1
         self._rejected += int(surprise > 2 * GATE)
-        self._bank.update(dt, H, y, noise_sd, self._errors[-1] if self._errors else None)
+        self._bank.update(dt, H, y, noise_sd, self._considered(derivative, -1))
         if self._samples % 5 == 0:
             self._x = self._plausible()
 
@@ -325,7 +341,8 @@ class Recursive:
         return np.unique(np.vstack(around), axis=0)
 
     def _empty_bank(self, considers: bool = True) -> FilterBank:
-        considered = self._discrepancy.count_of_joint if considers and self._discrepancy is not None else 0
+        sources = (self._discrepancy, self._path) if considers else ()
+        considered = sum(source.count_of_joint for source in sources if source is not None)
         disturbance = self._sizes[:, :1] * self._noise.disturbance_sd
         # `FIXED` is the last index.
         prior_sd = np.column_stack([self._sizes[:, 1:], np.ones(len(self._sizes))])[:, self._group]
