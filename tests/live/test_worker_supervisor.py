@@ -15,13 +15,13 @@ from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
 from exograv.safety.limits import PersonLimits
 from exograv.safety.plausible import LimbTable, PlausibleTable
 
-NOTHING, WIDE, FREE = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0)
+NOTHING, WIDE, FREE, ZERO = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0), np.zeros(1)
 PERSON = PersonLimits(PlausibleTable((LimbTable((0,), 1, NOTHING, NOTHING),), WIDE, WIDE, WIDE), WIDE, -FREE, FREE)
 ESTIMATE = Estimate(1.0, np.zeros(1), None, 0.0, 1.0)
 CARRIED = CarriedArm(ESTIMATE.x, None, *np.ones((5, 1)))
 LEARNED = LearnedArm(1.0, ESTIMATE, CARRIED, Outcome.TIME_IS_UP, "", None, None, PERSON)
 PASSED = PassesResult(2.0, (), 1.0, PERSON)
-REPORT = EstimateReport(1.0, *[np.zeros(1)] * 6)
+REPORT = EstimateReport(1.0, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
 
 
 class Process:
