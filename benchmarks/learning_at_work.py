@@ -3,6 +3,7 @@
     python benchmarks/learning_at_work.py --seeds 4-6
     python benchmarks/learning_at_work.py --seeds 4-6 --start file
     python benchmarks/learning_at_work.py --seeds 4-6 --world all
+    python benchmarks/learning_at_work.py --seeds 4-6 --level 3 --emg
     python benchmarks/learning_at_work.py --seeds 10-39 --kept out/learning_at_work.jsonl
 
 Windows of 22 s pass without pointing, because pointing shows nothing of the arm. In each rest the machine takes the
@@ -26,8 +27,10 @@ from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Joints
 from exograv.identification.core.left_over import TARGET_NM
+from exograv.identification.core.muscle_signals import MuscleSignals
 from exograv.identification.core.prior import prior
 from exograv.identification.recursive.previous_session import carried_over, kept_part
+from exograv.laboratory.amplifier.wearer_emg import WearerEmg
 from exograv.laboratory.preparation import Preparation, WornTwin
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.mode_ramp import fade
@@ -57,6 +60,8 @@ class Options:
     """`table`, or `file` of an identification on the day before."""
     rests: int = 6
     motion_s: float = REST_MOTION_S
+    emg: bool = False
+    """True to measure the muscles by EMG, with the published error."""
     kept: Path | None = None
     """File (.jsonl) that finished wearers are added to."""
 
@@ -115,7 +120,9 @@ def course_of(options: Options, seed: int) -> Course:
         x = arm_to_carry(Estimate(0.0, *belief, rejected_share=0.0, noise_scale=1.0), known.assembly, known.machine).x
         worn = preparation.worn(replace(known, x=x))
     examination, pilot, controller = worn.examination(), worn.pilot, worn.controller
-    course, learner = Course(examination.score(x).total), RestLearner(model, x, belief)
+    muscles = WearerEmg(worn.twin, seed) if options.emg else None
+    signals = None if muscles is None else MuscleSignals(muscles.channels)
+    course, learner = Course(examination.score(x).total), RestLearner(model, x, belief, signals)
     pilot.worn = PersonLimitsManager(pilot.envelope, known.assembly, known.machine, x)
     pilot.worn.expect(x, learner.covariance, V_MOTION)
     give_back(worn)
@@ -123,7 +130,7 @@ def course_of(options: Options, seed: int) -> Course:
     for _ in range(options.rests):
         worn.twin.pass_time(WINDOW_S)
         pilot.worn.expect(learner.x, learner.covariance, V_MOTION)
-        samples = move_in_rest(pilot, controller, learner.path(worn.twin.period_s, options.motion_s))
+        samples = move_in_rest(pilot, controller, learner.path(worn.twin.period_s, options.motion_s), muscles)
         learned = learner.learn(samples)
         give_back(worn)
         controller.publish(learner.x, pilot.q)

@@ -11,6 +11,7 @@ from tests.preloaded import exograv
 from tests.scenario.test_train import WAIT_S, command, records, short, trained
 from tests.waiting import wait_until
 
+from exograv.procedures.identification.rest_learning import Verdict
 from exograv.recording import read_recording
 
 
@@ -35,6 +36,15 @@ def test_a_session_that_learns_in_rests_states_less_residual_torque_after_each_r
     first, second = (np.array(one["stated_Nm"]) for one in result["learned"])
     assert (second <= first).all()
     exograv("data", "replay", result["recording"], check=True)
+
+
+@pytest.mark.slow
+def test_a_session_with_emg_leaves_out_no_rest_of_a_restless_wearer(tmp_path: Path):
+    protocol = three_windows(tmp_path)
+    result = trained(tmp_path, "--protocol", str(protocol), "--learn-in-rests", "--emg", "--level", "3")
+    first, second = result["learned"]
+    assert second["motion_s"] > first["motion_s"] > 10.0
+    assert Verdict.RESTLESS.value not in (first["verdict"], second["verdict"])
 
 
 @pytest.mark.slow

@@ -52,7 +52,8 @@ def with_hidden(model: TorqueModel, setting: Setting) -> tuple[TorqueModel, Hidd
 def _with_muscles(model: TorqueModel, hidden: Hidden | None, setting: Setting) -> tuple[TorqueModel, Hidden | None]:
     if setting.muscles is None:
         return model, hidden
-    muscles = MuscleModel(model, hidden, setting.muscles)
+    torque_at = None if setting.springs is None else setting.springs.offset
+    muscles = MuscleModel(model, hidden, setting.muscles, torque_at)
     return muscles, muscles.hidden
 
 

@@ -11,6 +11,7 @@ from exograv.experiment.train.preparation import person_run
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Outcome, Parameters, RequestedMotion, Sample
 from exograv.identification.core.left_over import POSTURES, LeftOverPrediction, is_restless
+from exograv.identification.core.muscle_signals import MuscleSignals
 from exograv.identification.core.prior import prior
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
@@ -130,6 +131,18 @@ def test_the_decision_knows_the_strain_that_the_estimate_has_and_the_start_has_n
     assert learned.carried.change_Nm == pytest.approx(exact, abs=STRAIN_ERROR_NM)
 
 
+def pushed_and_measured(model: ArmModel, samples: list[Sample], x: Parameters, seed: int) -> list[Sample]:
+    """Samples of a restless wearer with exact signals: a channel per freedom of the arm and direction."""
+    own = slow_torque(seed, len(samples), RESTLESS_NM)
+    shown = np.hstack([np.maximum(own, 0.0), np.maximum(-own, 0.0)]) / 60.0
+    # A spring offset is a torque at its freedom that helps the motors.
+    helps, pushed = ParameterLayout.of(model.assembly).spring_offset, []
+    for one, torque, signals in zip(samples, own, shown, strict=True):
+        derivative = model.linearise(one, x)[1]
+        pushed.append(replace(one, tau=one.tau + derivative[:, helps] @ torque, muscles=signals))
+    return pushed
+
+
 @pytest.mark.slow
 def test_a_restless_rest_is_left_out_and_restlessness_that_repeats_is_not(model: ArmModel):
     learner = RestLearner(model, table_guess(model.assembly, model.machine))
@@ -145,6 +158,23 @@ def test_a_restless_rest_is_left_out_and_restlessness_that_repeats_is_not(model:
     assert verdicts[1] is Verdict.RESTLESS
     assert verdicts[3] is not Verdict.RESTLESS
     assert is_restless(found[-1].estimate)
+
+
+@pytest.mark.long
+def test_rests_of_a_restless_wearer_teach_more_if_the_muscles_are_measured(model: ArmModel):
+    mean, covariance = prior(model.assembly, model.machine)
+    truth = mean + 0.7 * np.sqrt(np.diag(covariance)) * np.random.default_rng(SEED).uniform(-1.0, 1.0, len(mean))
+    left = []
+    for signals in (None, MuscleSignals(8)):
+        learner = RestLearner(model, table_guess(model.assembly, model.machine), muscles=signals)
+        verdicts = []
+        for seed in range(2):
+            samples = of_motion(model.again(), learner, truth, seed)
+            verdicts.append(learner.learn(pushed_and_measured(model.again(), samples, truth, seed)).verdict)
+        assert (Verdict.RESTLESS in verdicts) == (signals is None)
+        away = LeftOverPrediction(model.again(), truth).torque_of(learner.x - truth)
+        left.append(np.sqrt(np.mean(away**2)))
+    assert left[1] < 0.5 * left[0]
 
 
 @pytest.mark.long

@@ -106,6 +106,12 @@ class TrainOptions(WornOptions):
     """Begin with the arm of the table, or of the person's file, without identification. In each rest the machine moves
     the relaxed arm for 10 s, learns it, and carries the new arm where it is more certain."""
 
+    emg: Annotated[
+        bool,
+        Acts(lambda all_: all_.learn_in_rests and not all_.is_on_drives, "on the twin, with --learn-in-rests"),
+    ] = False
+    """Measure the muscles of the twin's wearer by EMG, so that the rests of a wearer who does not relax teach, too."""
+
     resume: bool = False
     """Continue an interrupted run at the next window."""
 
@@ -130,7 +136,8 @@ class TrainOptions(WornOptions):
         rests: OptionRecord = {"learn_in_rests": True} if self.learn_in_rests else {}
         flight: OptionRecord = {} if self.aircraft_file is None else {"aircraft_file": str(self.aircraft_file)}
         fitted: OptionRecord = {} if self.twin == "drawn" else {"twin": self.twin}
-        return foreign_world(self.world) | fitted | clock | rests | flight | {
+        emg: OptionRecord = {"emg": True} if self.emg else {}
+        return foreign_world(self.world) | fitted | clock | rests | emg | flight | {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
             "side": self.side, "level": self.level, "seed": self.seed,
             "donning": self.donning, "windows": self.windows,

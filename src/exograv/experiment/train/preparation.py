@@ -12,6 +12,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
+from exograv.identification.core.muscle_signals import MuscleSignals
 from exograv.identification.core.prior import prior
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
@@ -26,6 +27,7 @@ from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import arm_to_carry
 from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.muscle_source import MuscleSource
 from exograv.procedures.identification.options import NO_FILES, ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
 from exograv.procedures.identification.rest_learning import RestLearner
@@ -156,6 +158,8 @@ class WornMachine:
     controller: ArmController
     known: ControllerKnowledge
     put_room: PutRoom
+    muscles: MuscleSource | None = None
+    """EMG of the wearer; None if it is not measured."""
 
 
 @dataclass
@@ -174,6 +178,8 @@ class Ready:
     """Estimate that runs through the rests; None before the first motion in a rest."""
     returning: WarmStart | None = None
     """Participant's file that the session starts from without identification; the first rest checks it."""
+    muscles: MuscleSource | None = None
+    """EMG of the wearer, which the rests use; None if it is not measured."""
 
 
 def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed) -> Ready:
@@ -272,10 +278,10 @@ def unknown_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPasse
     figures = PreparationFigures(
         passed, ArmCheckFigures(round(check.arm_mass, 3), check.why, round(check.probability, 4))
     )
-    learner = RestLearner(model, x, belief)
+    learner = RestLearner(model, x, belief, signals_of(worn.muscles))
     return Ready(
         pilot, controller, worn.put_room, KnownPerson.of(machine, x, covariance), figures, model, learner=learner,
-        returning=person.returning,
+        returning=person.returning, muscles=worn.muscles,
     )  # fmt: skip
 
 
@@ -298,12 +304,18 @@ def known_again(worn: WornMachine, before: KnownPerson, rests: KeptRests | None,
     pilot.worn.know(known.x)
     controller.mode.drive = LAYING_DOWN.drive.goal(is_known=True)
     lay_down(pilot, controller, worn.put_room)
-    ready = Ready(pilot, controller, worn.put_room, before, model=ArmModel(known.assembly, known.machine))
-    if rests is not None and ready.model is not None:
-        ready.learner = RestLearner.continued(ready.model, before, rests)
+    model = ArmModel(known.assembly, known.machine)
+    ready = Ready(pilot, controller, worn.put_room, before, model=model, muscles=worn.muscles)
+    if rests is not None:
+        ready.learner = RestLearner.continued(model, before, rests, signals_of(worn.muscles))
         if not rests.rests and person.belief(known.machine) is not None:
             ready.returning = person.returning
     return ready
+
+
+def signals_of(source: MuscleSource | None) -> MuscleSignals | None:
+    """Return the signals that the estimator gets from a source; None without one."""
+    return None if source is None else MuscleSignals(source.channels)
 
 
 def remembered(person: KnownPerson, assembly: Assembly, t: float) -> ControllerKnowledge:

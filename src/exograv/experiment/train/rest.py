@@ -13,7 +13,7 @@ from exograv.procedures.identification.rest_text import begins_text, rest_text
 from exograv.recording.rounding import rounded
 from exograv.storage.session_checkpoint import KnownPerson
 
-from .preparation import Ready, RestFigures, lay_down
+from .preparation import Ready, RestFigures, lay_down, signals_of
 
 
 def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
@@ -32,7 +32,8 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
     if not isinstance(controller, ArmController) or person is None or model is None or not person.covariance:
         raise ConfigError("--learn-in-rests needs a machine that carries an arm; this one does not. Omit the option.")
     x = np.array(person.x)
-    learner = ready.learner = ready.learner or RestLearner(model, x, (x, np.array(person.covariance)))
+    belief = x, np.array(person.covariance)
+    learner = ready.learner = ready.learner or RestLearner(model, x, belief, signals_of(ready.muscles))
     pilot.progress(begins_text(), 0.0)
     if pilot.recording is not None:
         pilot.recording.write("/event", pilot.rig.t, {"kind": "rest begins", "text": str(begins_text())})
@@ -40,7 +41,7 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
     if pilot.worn is None:
         pilot.worn = PersonLimitsManager(pilot.envelope, controller.assembly, controller.machine, learner.x)
     pilot.worn.expect(learner.x, learner.covariance, V_MOTION)
-    samples = move_in_rest(pilot, controller, learner.path(pilot.rig.period_s))
+    samples = move_in_rest(pilot, controller, learner.path(pilot.rig.period_s), ready.muscles)
     before = learner.x, learner.covariance
     if ready.returning is not None and not learner.rests:
         try:

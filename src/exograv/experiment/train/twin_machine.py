@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RigError
 from exograv.experiment.sensor_file.load import Flight, SensorFile, load_flight, windows_in
+from exograv.laboratory.amplifier.wearer_emg import WearerEmg
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.recorded_participant import recorded_participant
@@ -188,7 +189,8 @@ class TwinMachine:
             self._laboratory, known, seed, lambda twin, gains: self._pilot(twin, gains, recording), self._surroundings
         )
         self._twin = worn.twin
-        return WornMachine(worn.pilot, worn.controller, known, worn.twin.put_surroundings)
+        muscles = WearerEmg(worn.twin, seed) if self._options.emg else None
+        return WornMachine(worn.pilot, worn.controller, known, worn.twin.put_surroundings, muscles)
 
     def _tested(self) -> tuple[ControllerKnowledge, SelfTestPassed]:
         """Calibrate and self-test the empty machine. Return its controller's knowledge and the figures of the test.

@@ -1,5 +1,7 @@
 """Instrumental variables: regressor rows along the requested motion in place of the measured motion."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float
 
@@ -41,7 +43,7 @@ class Instrumented:
             self._unsure = np.zeros(self.n_joints)
             self._asked.restart()
             return tau, derivative
-        requested = Sample(sample.t, asked.q, asked.v, asked.a, sample.tau, muscles=sample.muscles)
+        requested = replace(sample, q=asked.q, v=asked.v, a=asked.a, asked=None)
         _, derivative = self._asked.linearise(requested, x)
         self._unsure = self._asked.direction_uncertainty(asked.v)
         return tau, derivative

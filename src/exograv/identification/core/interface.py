@@ -58,6 +58,9 @@ class Sample:
     """Size of the muscles' signals (EMG) above rest, as a share of a maximum voluntary contraction [-]; None if they
     are not measured."""
 
+    muscles_slow: Float[np.ndarray, " channel"] | None = None
+    """Slow part of these signals [-]; None if it is not known."""
+
 
 class Outcome(enum.Enum):
     """Outcome of an identification; the value is a sentence for the operator."""

@@ -16,6 +16,7 @@ from exograv.identification.core.hidden_cuffs import Slipping
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Agreement, Covariance, Estimate, Parameters, Sample, TorqueModel
 from exograv.identification.core.misfit import USUAL_MISFIT, misfit
+from exograv.identification.core.muscle_signals import with_slow_parts
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.path_discrepancy import PathDiscrepancy
 from exograv.identification.core.physical import PhysicalProjection
@@ -62,6 +63,9 @@ FRESH_STEPS = 4
 REWEIGHTINGS = 2
 """Number of times the samples are reweighted by their residuals, at each linearisation [-]."""
 
+
+NEIGHBOURS = 16
+"""Number of samples before the newest one from which the slow part of its muscle signals is taken [-]: 1.3 s."""
 
 LEAST_FIT, LEAST_HELD_OUT = 100, 40
 """Least numbers of samples before and in a check [-]: 8 s and 3.2 s."""
@@ -255,7 +259,7 @@ class Recursive:
 
     def _linearised(self, x: Parameters) -> "_Linear":
         """Return all samples, linearised at `x`."""
-        history, model = self._history, self._model
+        history, model = with_slow_parts(self._history), self._model
         model.restart()
         rows = [(*model.linearise(sample, x), model.direction_uncertainty(sample.v)) for sample in history]
         tau, derivative, uncertainty = (np.array(column) for column in zip(*rows, strict=True))
@@ -278,7 +282,8 @@ class Recursive:
 
     def _take(self, sample: Sample) -> None:
         dt = min(sample.t - self._history[-1].t, GAP_MAX_S) if self._history else FIRST_GAP_S
-        tau, derivative = self._model.linearise(sample, self._x)
+        newest = with_slow_parts([*self._history[-NEIGHBOURS:], sample])[-1]
+        tau, derivative = self._model.linearise(newest, self._x)
         noise_sd = self._noise_sd(dt, self._model.direction_uncertainty(sample.v))
         H, y = derivative @ self._unwhiten, sample.tau - tau + derivative @ (self._x - self._mean)
         noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)

@@ -20,6 +20,7 @@ from exograv.identification.core.interface import (
     Sample,
 )
 from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction, StopRule, is_restless
+from exograv.identification.core.muscle_signals import MuscleSignals
 from exograv.identification.core.prior import prior
 from exograv.identification.recursive.previous_session import carried_over, kept_part
 from exograv.identification.recursive.recursive import LEAST_FIT, Recursive
@@ -34,6 +35,7 @@ from exograv.storage.session_checkpoint import CheckedArm, KeptArm, KeptRests, K
 
 from .estimator_session import Belief, build_method
 from .identify import excitation_motion
+from .muscle_source import MuscleSource
 from .sample_observers import HeldOutError
 from .session_watch import MeansListener
 
@@ -88,15 +90,19 @@ class RestLearned:
 class RestLearner:
     """Running estimate of one arm over the rests of a session."""
 
-    def __init__(self, model: ArmModel, x: Parameters, belief: Belief | None = None):
+    def __init__(
+        self, model: ArmModel, x: Parameters, belief: Belief | None = None, muscles: MuscleSignals | None = None
+    ):
         """Start from the arm that is carried.
 
         Args:
             model: Model of this arm in this machine.
             x: Parameters that the machine carries.
             belief: Mean and covariance from an identification or from the participant's file; None for the table's.
+            muscles: Signals of the muscles that the samples bring; None without.
         """
         self._model, self._table = model.again(), prior(model.assembly, model.machine)
+        self._muscles = muscles
         self._belief: Belief = self._table if belief is None else belief
         self._bodies = ParameterLayout.of(model.assembly).bodies
         self._prediction = LeftOverPrediction(model.again(), x)
@@ -122,9 +128,11 @@ class RestLearner:
         """State for the checkpoint, as of the last rest."""
 
     @classmethod
-    def continued(cls, model: ArmModel, person: KnownPerson, kept: KeptRests) -> "RestLearner":
+    def continued(
+        cls, model: ArmModel, person: KnownPerson, kept: KeptRests, muscles: MuscleSignals | None = None
+    ) -> "RestLearner":
         """Continue after an interruption: the estimate so far is the belief, and its samples are gone."""
-        learner = cls(model, np.array(person.x), kept.estimate.arrays)
+        learner = cls(model, np.array(person.x), kept.estimate.arrays, muscles)
         learner._start, learner.covariance = BodyTable(*kept.start.arrays), np.array(person.covariance)
         learner.rests, learner._left_out = kept.rests, kept.left_out
         learner._is_contradicted, learner._checked = kept.is_contradicted, kept.checked
@@ -134,7 +142,7 @@ class RestLearner:
 
     def _begin(self) -> None:
         assembly, machine = self._model.assembly, self._model.machine
-        method = build_method("recursive", assembly, machine, self._model.again(), self._belief)
+        method = build_method("recursive", assembly, machine, self._model.again(), self._belief, self._muscles)
         assert isinstance(method, Recursive)
         self._method, self._count, self._motion_s, self._end_t = method, 0, self._before_s, 0.0
         self._used: list[Sequence[Sample]] = []
@@ -159,7 +167,8 @@ class RestLearner:
 
         The new arm is taken if it is plausible, the motion agrees with the estimate from before, the person relaxes,
         and its stated residual torque over the target is smaller, RMS over the axes. A second contradiction in a row
-        begins the estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests.
+        begins the estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests; if
+        the muscles are measured, none is.
         """
         before_Nm = self.stated_Nm
         self.rests += 1
@@ -203,7 +212,9 @@ class RestLearner:
         return replace(self._method.estimate(), t=self._motion_s)
 
     def _judged(self, estimate: Estimate, carried: CarriedArm, agreement: Agreement | None) -> Verdict:
-        if is_restless(estimate) and self._left_out < LEFT_OUT_SHARE * self.rests:
+        # Measured muscles explain a part of the unrest, and the intervals contain the rest of it.
+        is_left_out = self._muscles is None and is_restless(estimate)
+        if is_left_out and self._left_out < LEFT_OUT_SHARE * self.rests:
             return Verdict.RESTLESS
         if agreement is not None and not agreement.holds:
             return Verdict.BEGINS_AGAIN if self._is_contradicted else Verdict.DISAGREES
@@ -293,7 +304,9 @@ def shifted(excitation: Excitation, share: float) -> Excitation:
     )
 
 
-def move_in_rest(pilot: Pilot, controller: ArmController, path: Trajectory) -> list[Sample]:
+def move_in_rest(
+    pilot: Pilot, controller: ArmController, path: Trajectory, muscles: MuscleSource | None = None
+) -> list[Sample]:
     """Take the relaxed arm from its support, move it along the path, and return the samples, with the way to its start.
 
     The arm is carried afterwards.
@@ -305,7 +318,7 @@ def move_in_rest(pilot: Pilot, controller: ArmController, path: Trajectory) -> l
     pilot.begin(REST_LEARNING)
     fade(pilot, controller, "gravity_level", 0.0, posture)
     fade(pilot, controller, "drive", REST_LEARNING.drive.goal(is_known=True), posture)
-    listener = MeansListener(controller.assembly.n, dt)
+    listener = MeansListener(controller.assembly.n, dt, muscles)
     way = motion.joined([REST_LEARNING.approach(pilot.q, path.q[0], dt), path])
     pilot.run(controller, way, "Learning the arm in a rest", listener)
     return listener.samples

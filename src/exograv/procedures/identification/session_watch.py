@@ -27,6 +27,7 @@ from exograv.model.loops import FIT
 
 from .estimator_session import build_method
 from .identify import V_MOTION, excitation_motion
+from .muscle_source import MuscleSource
 from .warm_start import FROM_FILE_S
 
 CHECK_S = FROM_FILE_S
@@ -145,14 +146,15 @@ def repeat_motion(pilot: Pilot, controller: ArmController) -> list[Sample]:
 class MeansListener:
     """Listener for `Pilot.run` that stores averaged samples, with the requested motion as in identification."""
 
-    def __init__(self, joints: int, dt: float):
-        self._filter, self._averages = SampleFilter(joints, dt), Averages(BATCH_PERIOD_S)
+    def __init__(self, joints: int, dt: float, muscles: MuscleSource | None = None):
+        self._filter, self._averages, self._muscles = SampleFilter(joints, dt), Averages(BATCH_PERIOD_S), muscles
         self.samples: list[Sample] = []
         """Averaged samples that were stored so far."""
 
     def __call__(self, moment: TickSample) -> None:
         """Filter the measurement of one tick."""
-        sample = self._filter.update(moment.state.q, moment.tau_measured, moment.reference.q)
+        signals = None if self._muscles is None else self._muscles.now()
+        sample = self._filter.update(moment.state.q, moment.tau_measured, moment.reference.q, muscles=signals)
         mean = self._averages.take(sample) if self._filter.settled else None
         if mean is not None:
             self.samples.append(mean)

@@ -1,0 +1,19 @@
+"""Source of the wearer's muscle signals (EMG) during a motion in lock-step."""
+
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+
+
+class MuscleSource(Protocol):
+    """Envelopes of the wearer's EMG, tick by tick."""
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        ...
+
+    def now(self) -> Float[np.ndarray, " channel"]:
+        """Return the signals of the present tick, as in `Sample.muscles` [-]."""
+        ...
