@@ -92,7 +92,7 @@ def fly_prepared(
             plan, orders.seconds, folder / "live.mcap", {}, progress, lambda _: None, is_tested=True, lsl=lsl
         )
     figures = live_figures(options.rig, flown, None, prepared, "passed", lsl, listening, machine=SERIAL)
-    return FlownOnDrives(flown, figures, prepared, None, None, known.form.body, SERIAL)
+    return FlownOnDrives(flown, figures, prepared, None, None, known.form.body, SERIAL, from_file=False)
 
 
 def _spawned(
