@@ -1,17 +1,19 @@
 """The amplifier of a session shows the wearer's torque at the present tick, and its errors go on in between."""
 
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 
 from exograv.laboratory.amplifier.wearer_emg import WearerEmg
+from exograv.rig.twin import Twin
 
 PERIOD_S, SEED, TICKS = 0.001, 3, 400
 
 
 def worn(torque_Nm: list[float]) -> Any:
-    return SimpleNamespace(t=0.0, period_s=PERIOD_S, truth=SimpleNamespace(tau_muscle=np.array(torque_Nm)))
+    return Mock(spec=Twin, t=0.0, period_s=PERIOD_S, truth=SimpleNamespace(tau_muscle=np.array(torque_Nm)))
 
 
 def after(twin: Any, source: WearerEmg, ticks: int) -> np.ndarray:
@@ -21,7 +23,7 @@ def after(twin: Any, source: WearerEmg, ticks: int) -> np.ndarray:
 
 def test_a_pause_between_two_questions_changes_no_later_signal():
     always, seldom = worn([2.0, -1.0]), worn([2.0, -1.0])
-    asked_always, asked_seldom = (WearerEmg(cast(Any, twin), SEED) for twin in (always, seldom))
+    asked_always, asked_seldom = (WearerEmg(twin, SEED) for twin in (always, seldom))
     each = np.array([after(always, asked_always, 1) for _ in range(TICKS)])
     np.testing.assert_array_equal(after(seldom, asked_seldom, TICKS), each[-1])
 

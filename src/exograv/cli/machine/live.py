@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.person.kept_arm import say_kept
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.kept_arm import say_kept
 from exograv.cli.shell.motion_note import say_motion
 from exograv.live.options import LiveOptions, ReturningPerson
 

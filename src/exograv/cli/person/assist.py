@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from exograv.cli.shell.base_options import OutFolder
+from exograv.cli.shell.kept_arm import say_kept
 from exograv.errors import RigError
 from exograv.live.options import PersonForm
 from exograv.procedures.rehabilitation.assist.options import AssistOptions
-
-from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.assist.assist_command import AssistResult

@@ -3,12 +3,11 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.kept_arm import say_kept
 from exograv.cli.shell.motion_note import say_motion
 from exograv.laboratory.options import ArmOptions, DemoOptions
 from exograv.live.options import PersonForm
 from exograv.procedures.identification.options import ParticipantOptions
-
-from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoResult

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.kept_arm import say_kept
 from exograv.live.options import ReturningPerson
 from exograv.next_command import same_machine
 from exograv.procedures.rehabilitation.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
-
-from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.guided.guided_command import GuidedResult, RepeatedFigures, TaughtFigures

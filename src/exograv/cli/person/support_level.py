@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.kept_arm import say_kept
 from exograv.errors import ConfigError
 from exograv.live.options import ReturningPerson
 from exograv.procedures.rehabilitation.support_level.options import SupportOptions
-
-from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.support_level.support_level_command import RecordedSupport, SupportResult

@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.kept_arm import say_kept
 from exograv.live.options import ReturningPerson
 from exograv.options import Acts
 from exograv.procedures.verification.options import VerifyOptions
-
-from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.procedures.verification.figures import VerifyResult

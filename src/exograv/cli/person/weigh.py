@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.kept_arm import say_kept
 from exograv.live.options import ParticipantChoice
 from exograv.options import ON_DRIVES, Acts, SegmentLengths, Sex
 from exograv.procedures.weighing.options import WeighOptions
-
-from .kept_arm import say_kept
 
 if TYPE_CHECKING:
     from exograv.laboratory.weighing_command import WeighResult

@@ -1,11 +1,12 @@
 """Source of the wearer's muscle signals (EMG) during a motion in lock-step."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
 
+@runtime_checkable
 class MuscleSource(Protocol):
     """Envelopes of the wearer's EMG, tick by tick."""
 
