@@ -9,6 +9,7 @@ from exograv.identification.core import square_root
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.noise import Noise
+from exograv.identification.core.path_discrepancy import PathDiscrepancy
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S
 from exograv.identification.core.square_root import FilterBank
 from exograv.identification.recursive import recursive
@@ -135,6 +136,19 @@ def test_an_error_that_repeats_with_the_posture_is_covered_only_where_it_is_cons
             covered[is_considered].append((np.abs(estimate.x - x) <= 1.96 * estimate.sd)[[1, 2, 3, 10]])
     assert np.mean(covered[True]) >= 0.90
     assert np.mean(covered[False]) < 0.85
+
+
+def test_considered_errors_of_a_path_widen_the_intervals_and_leave_the_estimate():
+    samples = stream(drawn(1), 1, 12.0, scale=0.3)
+    path = PathDiscrepancy([slice(1, 4)], JOINTS, sd_m=0.1)
+    plain, wide = (Recursive(Toy(), MEAN, prior_covariance(), NOISE, (BODY,), path=one) for one in (None, path))
+    for sample in samples:
+        plain.update(sample)
+        wide.update(sample)
+    np.testing.assert_allclose(wide._bank.mean(), plain._bank.mean(), rtol=SAME_SUMS, atol=SAME_SUMS)
+    added = wide.covariance() - plain.covariance()
+    assert np.linalg.eigvalsh(added).min() >= -1e-9 * np.trace(added)
+    assert (np.diag(added)[1:4] > 0.2 * np.diag(plain.covariance())[1:4]).all()
 
 
 def test_only_the_last_pass_over_the_samples_carries_the_considered_errors(monkeypatch: pytest.MonkeyPatch):

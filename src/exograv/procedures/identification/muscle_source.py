@@ -12,7 +12,7 @@ class MuscleSource(Protocol):
 
     @property
     def channels(self) -> int:
-        """Number of channels."""
+        """Number of signals that `now` returns [-]."""
         ...
 
     def now(self) -> Float[np.ndarray, " channel"]:

@@ -165,10 +165,10 @@ class RestLearner:
     def learn(self, samples: Sequence[Sample]) -> RestLearned:
         """Learn from the motion of a rest, and decide which arm is carried from then on.
 
-        The new arm is taken if it is plausible, the motion agrees with the estimate from before, the person relaxes,
-        and its stated residual torque over the target is smaller, RMS over the axes. A second contradiction in a row
-        begins the estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests; if
-        the muscles are measured, none is.
+        The new arm is taken if it is plausible, the motion agrees with the estimate from before, and its
+        stated residual torque over the target is smaller, RMS over the axes. A second contradiction in a row begins the
+        estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests; if the
+        muscles are measured, none is.
         """
         before_Nm = self.stated_Nm
         self.rests += 1
