@@ -5,7 +5,7 @@ the calibration takes its weights for wrong and refuses. Its message advises to 
 """
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -68,14 +68,14 @@ def ratio(prepared: PreparationWithout) -> Ratio:
     return Ratio(**efforts)
 
 
-def fitted(description: RigDescription, whole: StoredTwin, wearer: int, draw: int) -> PreparationWithout:
-    """Return runs of a wearer in a draw from the posterior of a fitted twin."""
+def fitted(description: RigDescription, whole: StoredTwin, wearer: int, draw: int, run: int = 0) -> PreparationWithout:
+    """Return a run of a wearer in a draw from the posterior of a fitted twin."""
 
     def prepared(*off: str) -> Preparation:
         disturbances = Disturbances.at_level(LEVEL).without(*off)
         worn = laboratory_at(description, disturbances, wearer, wearer)
         machine = fitted_machine(description, whole, disturbances, draw)
-        return Preparation(replace(worn, machine=machine), wearer)
+        return Preparation(replace(worn, machine=machine), seed_of(wearer, run))
 
     return prepared
 
@@ -92,14 +92,14 @@ def corrected(folder: Path, whole: StoredTwin) -> RigDescription:
 
 
 def hidden_machine(
-    description: RigDescription, wearer: int, hidden: Hidden, geometry: Geometry, ran_s: float
+    description: RigDescription, wearer: int, hidden: Hidden, geometry: Geometry, ran_s: float, run: int = 0
 ) -> PreparationWithout:
-    """Return runs of the same wearer in the hidden machine, which has run for this time [s]."""
+    """Return a run of the same wearer in the hidden machine, which has run for this time [s]."""
 
     def prepared(*off: str) -> Preparation:
         disturbances = Disturbances.at_level(LEVEL).without(*off)
         worn = laboratory_at(description, disturbances, wearer, wearer)
-        return HiddenPreparation(HiddenLaboratory.of(worn, hidden, geometry, ran_s), wearer)
+        return HiddenPreparation(HiddenLaboratory.of(worn, hidden, geometry, ran_s), seed_of(wearer, run))
 
     return prepared
 
@@ -109,26 +109,49 @@ def draws_of(wearer: int, draws: int) -> list[int]:
     return [1000 * wearer + number for number in range(draws)]
 
 
+def seed_of(wearer: int, run: int) -> int:
+    """Seed of the noise and the muscles in a run of a wearer."""
+    return 1000 * run + wearer
+
+
 def compare_effort(folder: Path, hidden: Hidden, geometry: Geometry, ran_s: float, wearers: int, draws: int) -> None:
-    """Print DAM over GCM of several wearers, predicted and of the hidden machine itself."""
+    """Print DAM over GCM of several wearers: a run in the hidden machine for each draw from the twin that predicts it.
+
+    The hidden machine is the same in all runs: their scatter is that of noise and muscles.
+    """
     whole = read_twin(load_rig(str(folder), "right"))
-    description, differences = corrected(folder, whole), list[float]()
-    print("| wearer | dam, hidden (predicted) N·m·s | gcm | dam/gcm, hidden | predicted by each draw | difference |")
+    description, differences, scatter = corrected(folder, whole), list[float](), list[float]()
+    print("| wearer | dam, hidden (predicted) N·m·s | gcm | dam/gcm by run, hidden | predicted by draw | difference |")
     print("|---|---|---|---|---|---|")
     for wearer in range(wearers):
-        own = ratio(hidden_machine(description, wearer, hidden, geometry, ran_s))
-        found = [ratio(fitted(description, whole, wearer, draw)) for draw in draws_of(wearer, draws)]
-        differences.append(float(np.mean([one.value for one in found])) - own.value)
-        dam = f"{total(own.dam):.0f} ({np.mean([total(one.dam) for one in found]):.0f})"
-        gcm = f"{total(own.gcm):.0f} ({np.mean([total(one.gcm) for one in found]):.0f})"
-        spread = ", ".join(f"{one.value:.3f}" for one in found)
-        note = "" if all(one.keeps_path for one in (own, *found)) else ", path not kept"
-        row = (str(wearer), dam, gcm, f"{own.value:.3f}", spread, f"{differences[-1]:+.3f}{note}")
+        own = [ratio(hidden_machine(description, wearer, hidden, geometry, ran_s, run)) for run in range(draws)]
+        found = [
+            ratio(fitted(description, whole, wearer, draw, run)) for run, draw in enumerate(draws_of(wearer, draws))
+        ]
+        values, predicted = ([one.value for one in some] for some in (own, found))
+        differences.append(float(np.mean(predicted) - np.mean(values)))
+        if draws > 1:
+            scatter.append(float(np.var(values, ddof=1)))
+        row = (
+            str(wearer),
+            f"{_mean(one.dam for one in own):.0f} ({_mean(one.dam for one in found):.0f})",
+            f"{_mean(one.gcm for one in own):.0f} ({_mean(one.gcm for one in found):.0f})",
+            *(", ".join(f"{one:.3f}" for one in some) for some in (values, predicted)),
+            f"{differences[-1]:+.3f}{'' if all(one.keeps_path for one in (*own, *found)) else ', path not kept'}",
+        )
         print(f"| {' | '.join(row)} |", flush=True)
     half = 1.96 * float(np.std(differences, ddof=1)) / np.sqrt(wearers) if wearers > 1 else np.nan
     print(
         f"mean difference {np.mean(differences):+.3f} ± {half:.3f}, largest {np.abs(differences).max():.3f} (goal 0.05)"
     )
+    if scatter:
+        print(
+            f"standard deviation between the runs of one wearer in the hidden machine {np.sqrt(np.mean(scatter)):.3f}"
+        )
+
+
+def _mean(efforts: Iterable[Effort]) -> float:
+    return float(np.mean([total(one) for one in efforts]))
 
 
 def _no_note(_share: float) -> None:

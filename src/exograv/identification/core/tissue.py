@@ -115,17 +115,20 @@ class TissueModel:
         """Extend `model`; the usual springs give size and centre of the tissue."""
         self._model, self._springs = model, springs
         K, self._neutral = springs.usual_stiffness, springs.usual_neutral
-        self._pairs = [
+        pairs = [
             (a, b)
             for shoulder in springs.shoulders
             for a in range(shoulder.freedoms.start, shoulder.freedoms.stop)
             for b in range(a + 1, shoulder.freedoms.stop)
         ]
+        self._pairs = np.array(pairs, dtype=int).reshape(-1, 2).T
+        offsets = [list(range(shoulder.offset.start, shoulder.offset.stop)) for shoulder in springs.shoulders]
+        self._offsets = np.array(offsets, dtype=int).reshape(-1, 3)
         self._waves = 0.5 * np.pi / SHAPE_REACH_RAD * np.arange(1, SHAPE_FUNCTIONS + 1)
         parts = [
             (np.tile(RELAX_SHARE_SD * K, len(RELAX_TIMES_S)), FIXED),
             (np.outer(SHAPE_RAD * K, self._wave_sd()).ravel(), TISSUE),
-            (np.array([COUPLING_SHARE * min(K[a], K[b]) for a, b in self._pairs]), TISSUE),
+            (COUPLING_SHARE * K[self._pairs].min(axis=0), TISSUE),
             (np.tile(CREEP_RAD * K, len(CREEP_TIMES_S)), TISSUE),
             (np.full(3 * len(LATE_TIMES_S) * len(springs.shoulders), LATE_SD), FIXED),
         ]
@@ -166,26 +169,27 @@ class TissueModel:
             return tau, np.zeros((len(tau), self.n_parameters))
         angle = self._springs.angles(self._model) - self._neutral
         by_torque = -derivative[:, self._springs.offset]
-        parts = [
-            *self._fast(sample.t, derivative[:, self._springs.stiffness]),
+        first, second = self._pairs
+        creep = 1.0 - np.exp(-sample.t / np.array(CREEP_TIMES_S))
+        columns = np.hstack([
+            self._fast(sample.t, derivative[:, self._springs.stiffness]),
             self._shapes(by_torque, angle),
-            *(by_torque[:, a : a + 1] * angle[b] + by_torque[:, b : b + 1] * angle[a] for a, b in self._pairs),
-            *(by_torque * (1.0 - np.exp(-sample.t / time_s)) for time_s in CREEP_TIMES_S),
-            *self._lateness(sample.t, derivative),
-        ]
+            by_torque[:, first] * angle[second] + by_torque[:, second] * angle[first],
+            _side_by_side(creep[:, None, None] * by_torque),
+            self._lateness(sample.t, derivative),
+        ])  # fmt: skip
         self._t = sample.t
-        columns = np.hstack(parts)
         return tau + columns @ x[-n:], np.hstack([derivative, columns])
 
-    def _fast(self, t: float, stretched: Float[np.ndarray, "joint freedom"]) -> Float[np.ndarray, "time joint freedom"]:
-        """Torque of the decaying parts per fast stiffness."""
+    def _fast(self, t: float, stretched: Float[np.ndarray, "joint freedom"]) -> Float[np.ndarray, "joint part"]:
+        """Torque of the decaying parts per fast stiffness, for all freedoms of one time constant after another."""
         if self._t is None:
             self._relaxed = np.tile(stretched, (len(RELAX_TIMES_S), 1, 1))
         else:
             # Exact decay over the step, with the stretch held at its new value.
             moved = 1.0 - np.exp((self._t - t) / np.array(RELAX_TIMES_S))
             self._relaxed = self._relaxed + moved[:, None, None] * (stretched - self._relaxed)
-        return stretched - self._relaxed
+        return _side_by_side(stretched - self._relaxed)
 
     def _shapes(
         self, by_torque: Float[np.ndarray, "joint freedom"], angle: Freedoms
@@ -195,13 +199,11 @@ class TissueModel:
         sines = np.sin(np.outer(within + SHAPE_REACH_RAD, self._waves))
         return (by_torque[:, :, None] * sines).reshape(len(by_torque), -1)
 
-    def _lateness(
-        self, t: float, derivative: Float[np.ndarray, "joint parameter"]
-    ) -> list[Float[np.ndarray, "joint 3"]]:
+    def _lateness(self, t: float, derivative: Float[np.ndarray, "joint parameter"]) -> Float[np.ndarray, "joint part"]:
         """Torque of late shoulders, per part, shoulder and axis."""
         shoulders = self._springs.shoulders
         if not shoulders:
-            return []
+            return np.zeros((len(derivative), 0))
         elevation, times = _elevations(self._springs.angles(self._model), shoulders), np.array(LATE_TIMES_S)[:, None]
         if self._t is None:
             self._late = np.tile(elevation, (len(LATE_TIMES_S), 1))
@@ -210,11 +212,13 @@ class TissueModel:
             lag = times / (t - self._t) * (elevation - self._elevation)
             self._late = elevation - lag + (self._late - self._elevation + lag) * np.exp((self._t - t) / times)
         self._elevation = elevation
-        return [
-            derivative[:, shoulder.offset] * behind
-            for part in self._late - elevation
-            for shoulder, behind in zip(shoulders, part, strict=True)
-        ]
+        behind = (self._late - elevation)[:, :, None]
+        return (derivative[:, self._offsets][:, None] * behind).reshape(len(derivative), -1)
+
+
+def _side_by_side(parts: Float[np.ndarray, "part joint freedom"]) -> Float[np.ndarray, "joint column"]:
+    """Return the columns of all parts in order."""
+    return parts.transpose(1, 0, 2).reshape(parts.shape[1], -1)
 
 
 def _elevations(z: Freedoms, shoulders: Sequence[Shoulder]) -> Float[np.ndarray, " shoulder"]:
