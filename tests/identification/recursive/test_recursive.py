@@ -156,18 +156,36 @@ def test_only_the_last_pass_over_the_samples_carries_the_considered_errors(monke
     carried: list[bool] = []
     alone = Recursive._empty_bank
 
-    def noted(self: Recursive, considers: bool = True) -> FilterBank:
+    def noted(self: Recursive, of_sizes: np.ndarray, considers: bool = True) -> FilterBank:
         carried.append(considers)
-        return alone(self, considers)
+        return alone(self, of_sizes, considers)
 
     monkeypatch.setattr(Recursive, "_empty_bank", noted)
     quick = taught(samples, discrepancy=field).estimate()
     assert carried.count(True) == 1 + (len(carried) - 1) / recursive.REWEIGHTINGS
-    monkeypatch.setattr(Recursive, "_empty_bank", lambda self, _considers=True: alone(self, True))
+    monkeypatch.setattr(Recursive, "_empty_bank", lambda self, of_sizes, _considers=True: alone(self, of_sizes, True))
     complete = taught(samples, discrepancy=field).estimate()
     np.testing.assert_allclose(quick.x, complete.x, rtol=SAME_SUMS)
     assert np.isfinite(quick.sd).all()
     np.testing.assert_allclose(quick.sd, complete.sd, rtol=SAME_SUMS)
+
+
+def test_a_motion_leaves_the_covariance_that_was_foreseen_and_foreseeing_changes_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.setattr(recursive, "DISTURBANCE_SCALES", np.array([1.0]))
+    samples, field = motion(24.0), Discrepancy(np.full(JOINTS, 0.4), 0.5, 16)
+    for sample in samples:
+        sample.tau = Toy().linearise(sample, MEAN)[0]
+    method = taught([], discrepancy=field)
+    half, whole = method.foresee(samples, [len(samples) // 2, len(samples)])
+    for end, foreseen in ((len(samples) // 2, half), (len(samples), whole)):
+        flown = taught(samples[:end], discrepancy=field)
+        flown.relinearise()
+        np.testing.assert_allclose(flown.covariance(), foreseen, rtol=SAME_SUMS, atol=SAME_SUMS * foreseen.max())
+    less, more = (np.diag(one) for one in taught([]).foresee(samples, [len(samples) // 2, len(samples)]))
+    assert (more < less).all()
+    np.testing.assert_array_equal(method.covariance(), taught([], discrepancy=field).covariance())
 
 
 def test_the_restlessness_that_is_there_is_found():

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -144,8 +144,8 @@ class Designer:
         passes = tuple(horizon / basis.period_s for horizon in HORIZONS_S)
         statistics = self.statistics
         if is_white:
-            none = np.zeros_like(statistics.white)
-            statistics = Statistics(statistics.white, none, none)
+            none = np.zeros_like(statistics.residual_sd)
+            statistics = replace(statistics, disturbance_sd=none, field_sd=none)
         samples = max(round(basis.period_s / SAMPLE_S), 8 * basis.harmonics)
         return MotionProblem(
             basis, self.limits, self.model, self._mean, statistics, criterion, passes, samples=samples

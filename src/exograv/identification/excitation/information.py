@@ -40,8 +40,11 @@ CORRELATION_S = 3.0
 class Statistics:
     """Statistics of the unexplained torque, as the estimator assumes them."""
 
-    white: Joints
-    """Variance of the residual times its correlation time [N²m²s]."""
+    residual_sd: Joints
+    """Standard deviation of the residual of stage 0 [N·m]."""
+
+    correlation_s: Joints
+    """Correlation time of that residual [s]."""
 
     disturbance_sd: Joints
     """Standard deviation of the wearer's slow disturbance [N·m]."""
@@ -55,7 +58,12 @@ class Statistics:
         known = machine.residual_sd > 0.0
         sd = np.where(known, machine.residual_sd, NOMINAL_RESIDUAL_SD)
         repeat = np.where(known, np.maximum(machine.correlation_s, 0.08), NOMINAL_REPEAT_S)
-        return cls(sd**2 * repeat, disturbance_sd(places), np.hypot(CLOSURE_ERROR_NM, sd))
+        return cls(sd, repeat, disturbance_sd(places), np.hypot(CLOSURE_ERROR_NM, sd))
+
+    @property
+    def white(self) -> Joints:
+        """Variance of the residual times its correlation time [N²m²s]."""
+        return self.residual_sd**2 * self.correlation_s
 
 
 @dataclass(frozen=True)

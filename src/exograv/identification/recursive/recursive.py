@@ -3,7 +3,8 @@
 The filter estimates the slow torque of a restless wearer together with the parameters.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -82,6 +83,36 @@ class _Linear:
     errors: Float[np.ndarray, "sample joint considered"] | None
 
 
+@dataclass
+class _Motion:
+    """Samples of a motion, with the considered errors that depend on the motion alone."""
+
+    discrepancy: Discrepancy | None
+    path: PathDiscrepancy | None
+    samples: list[Sample] = field(default_factory=list)
+    errors: list[np.ndarray] = field(default_factory=list)
+    """Torque of the discrepancy at each sample [N·m]."""
+    displacements: list[np.ndarray] = field(default_factory=list)
+    """Displacements of the shoulder's centre by the errors of its path at each sample [m]."""
+
+    def take(self, sample: Sample) -> None:
+        """Append a sample."""
+        self.samples.append(sample)
+        if self.discrepancy is not None:
+            self.errors.append(self.discrepancy.errors_of_joint(sample.q, sample.v))
+        if self.path is not None:
+            self.displacements.append(self.path.displacements(sample.q))
+
+    def considered(
+        self, derivative: Float[np.ndarray, "*sample joint parameter"], at: slice | int
+    ) -> Float[np.ndarray, "*sample joint considered"] | None:
+        """Torque of all considered errors of each joint at one or all samples [N·m]; None without any."""
+        parts = [np.array(self.errors[at])] if self.errors else []
+        if self.path is not None:
+            parts.append(self.path.errors_of_joint(derivative, np.array(self.displacements[at])))
+        return np.concatenate(parts, axis=-1) if parts else None
+
+
 @dataclass(frozen=True)
 class _Remembered:
     """Estimate before a check."""
@@ -138,16 +169,12 @@ class Recursive:
         self._group = np.append(np.full(self._free - len(hidden.sd), FIXED), hidden.group)
         compared = [sizes if (hidden.group == group).any() else (1.0,) for group, sizes in enumerate(SIZES)]
         self._sizes = np.array(list(product(DISTURBANCE_SCALES, *compared)))
-        self._bank = self._empty_bank()
+        self._bank = self._empty_bank(self._sizes)
         self._project = PhysicalProjection(bodies, mean)
         self._x = self._mean.copy()
         self._t = 0.0
         self._averages = Averages(BATCH_PERIOD_S)
-        self._history: list[Sample] = []
-        self._errors: list[np.ndarray] = []
-        """Torque of the discrepancy at each sample [N·m]; it depends on the motion alone."""
-        self._displacements: list[np.ndarray] = []
-        """Displacements of the shoulder's centre by the errors of its path at each sample [m]."""
+        self._motion = _Motion(discrepancy, path)
         self._relinearise_t = RELINEARISE_FIRST_S
         self._misfit = USUAL_MISFIT
         """Size of the residual that repeats with the posture, over the expected discrepancy [-]."""
@@ -162,12 +189,8 @@ class Recursive:
         kept = self._averages.take(sample)
         if kept is None:
             return
-        if self._discrepancy is not None:
-            self._errors.append(self._discrepancy.errors_of_joint(kept.q, kept.v))
-        if self._path is not None:
-            self._displacements.append(self._path.displacements(kept.q))
-        self._take(kept)
-        self._history.append(kept)
+        self._motion.take(kept)
+        self._take_newest()
         if sample.t >= self._relinearise_t:
             self.relinearise()
             self._relinearise_t *= RELINEARISE_GROWTH
@@ -179,19 +202,49 @@ class Recursive:
         takes some milliseconds per second of motion, five times as long if the estimate is checked by a second fit.
         Call it in a worker process, not in the loop.
         """
-        if not self._history:
+        if not self._motion.samples:
             return
         self._choose_rows(self._restlessness() > ASKED_ABOVE)
         self._step()
         if np.abs(self._bank.mean()).max() > ASTRAY_SD:
             self._doubt()
 
+    def foresee(self, motion: Sequence[Sample], after: Sequence[int]) -> list[Covariance]:
+        """Return the covariances that samples of a motion would leave, at the prior and with usual disturbances.
+
+        The state of the method does not change. Hidden parameters have their full prior.
+
+        Args:
+            motion: Samples from the start of the motion; their torques have no effect.
+            after: Numbers of samples, rising.
+
+        Returns:
+            Covariance of the parameters of an estimate after each of these numbers.
+        """
+        along = _Motion(self._discrepancy, self._path)
+        for sample in motion:
+            along.take(sample)
+        linear, found, begin = self._linearised(along, self._mean), list[Covariance](), 0
+        bank, rows = self._empty_bank(np.ones((1, self._sizes.shape[1]))), self._unwhiten[: self._told]
+        for end in after:
+            part = slice(begin, end)
+            considered = None if linear.errors is None else linear.errors[part]
+            bank.update_all(linear.dt[part], linear.H[part], 0.0 * linear.y[part], linear.noise_sd[part], considered)
+            found.append(rows @ bank.covariance() @ rows.T)
+            begin = end
+        return found
+
     def hold_out(self, postures: Postures) -> None:
         """Remember the estimate up to now; the following samples, at `postures`, test it and are used as all others."""
         self.relinearise()
         covariance = self._bank.covariance(self._widened)
         self._remembered = _Remembered(
-            len(self._history), self._bank.mean(), covariance, self._x.copy(), max(self._misfit, USUAL_MISFIT), postures
+            len(self._motion.samples),
+            self._bank.mean(),
+            covariance,
+            self._x.copy(),
+            max(self._misfit, USUAL_MISFIT),
+            postures,
         )
 
     def agreement(self) -> Agreement | None:
@@ -200,12 +253,12 @@ class Recursive:
         It takes as long as `relinearise`.
         """
         before = self._remembered
-        if before is None or not LEAST_FIT < before.samples < len(self._history) - LEAST_HELD_OUT:
+        if before is None or not LEAST_FIT < before.samples < len(self._motion.samples) - LEAST_HELD_OUT:
             return None
-        linear, held = self._linearised(before.x), slice(before.samples, None)
+        linear, held = self._linearised(self._motion, before.x), slice(before.samples, None)
         residual = linear.y - linear.H @ before.mean
         noise_sd, _ = self._bank.all_held_back(linear.dt, residual, linear.noise_sd)
-        visited = nearest(np.array([sample.q for sample in self._history[held]]), before.postures)
+        visited = nearest(np.array([sample.q for sample in self._motion.samples[held]]), before.postures)
         H, errors = linear.H[held], None if linear.errors is None else before.misfit * linear.errors[held]
         joints = []
         for j, slow_sd in enumerate(self._noise.disturbance_sd):
@@ -219,7 +272,7 @@ class Recursive:
     def _doubt(self) -> None:
         """Fit all samples again from the prior, and keep the fit with the larger evidence."""
         before = self._bank, self._x, self._sizes, self._rejected, self._misfit
-        self._bank, self._x = self._empty_bank(), self._mean.copy()
+        self._bank, self._x = self._empty_bank(self._sizes), self._mean.copy()
         for step in range(FRESH_STEPS):
             self._step(is_last=step == FRESH_STEPS - 1)
         if before[0].log_evidence > self._bank.log_evidence:
@@ -231,13 +284,13 @@ class Recursive:
         The considered errors do not change the mean, so only the last pass of the last step carries them.
         """
         self._sizes = self._plausible_sizes()
-        linear, likely = self._linearised(self._x.copy()), self._bank
-        noise_sd, surprise = linear.noise_sd, np.zeros(len(self._history))
+        linear, likely = self._linearised(self._motion, self._x.copy()), self._bank
+        noise_sd, surprise = linear.noise_sd, np.zeros(len(self._motion.samples))
         for reweighting in range(REWEIGHTINGS):
             residual = linear.y - linear.H @ likely.mean()
             noise_sd, surprise = likely.all_held_back(linear.dt, residual, linear.noise_sd)
             considers = is_last and reweighting == REWEIGHTINGS - 1
-            likely = self._empty_bank(considers)
+            likely = self._empty_bank(self._sizes, considers)
             likely.update_all(linear.dt, linear.H, linear.y, noise_sd, linear.errors if considers else None)
         self._bank = likely
         self._samples, self._rejected = len(surprise), int((surprise > 2 * GATE).sum())
@@ -257,9 +310,9 @@ class Recursive:
         H = linear.H * np.append(sizes, 1.0)[self._group]
         return misfit(keep, H, linear.y, errors, noise_sd, scale * self._noise.disturbance_sd)
 
-    def _linearised(self, x: Parameters) -> "_Linear":
-        """Return all samples, linearised at `x`."""
-        history, model = with_slow_parts(self._history), self._model
+    def _linearised(self, motion: _Motion, x: Parameters) -> "_Linear":
+        """Return all samples of a motion, linearised at `x`."""
+        history, model = with_slow_parts(motion.samples), self._model
         model.restart()
         rows = [(*model.linearise(sample, x), model.direction_uncertainty(sample.v)) for sample in history]
         tau, derivative, uncertainty = (np.array(column) for column in zip(*rows, strict=True))
@@ -268,28 +321,20 @@ class Recursive:
         flat = derivative.reshape(-1, len(x))
         H = (flat @ self._unwhiten).reshape(*tau.shape, -1)
         y = measured - tau + (flat @ (x - self._mean)).reshape(tau.shape)
-        errors = self._considered(derivative, slice(None))
+        errors = motion.considered(derivative, slice(None))
         return _Linear(dt, H, y, self._noise_sd(dt[:, None], uncertainty), errors)
 
-    def _considered(
-        self, derivative: Float[np.ndarray, "*sample joint parameter"], at: slice | int
-    ) -> Float[np.ndarray, "*sample joint considered"] | None:
-        """Torque of all considered errors of each joint at one or all samples [N·m]; None without any."""
-        parts = [np.array(self._errors[at])] if self._errors else []
-        if self._path is not None:
-            parts.append(self._path.errors_of_joint(derivative, np.array(self._displacements[at])))
-        return np.concatenate(parts, axis=-1) if parts else None
-
-    def _take(self, sample: Sample) -> None:
-        dt = min(sample.t - self._history[-1].t, GAP_MAX_S) if self._history else FIRST_GAP_S
-        newest = with_slow_parts([*self._history[-NEIGHBOURS:], sample])[-1]
+    def _take_newest(self) -> None:
+        *before, sample = self._motion.samples[-1 - NEIGHBOURS :]
+        dt = min(sample.t - before[-1].t, GAP_MAX_S) if before else FIRST_GAP_S
+        newest = with_slow_parts([*before, sample])[-1]
         tau, derivative = self._model.linearise(newest, self._x)
         noise_sd = self._noise_sd(dt, self._model.direction_uncertainty(sample.v))
         H, y = derivative @ self._unwhiten, sample.tau - tau + derivative @ (self._x - self._mean)
         noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)
         self._samples += 1
         self._rejected += int(surprise > 2 * GATE)
-        self._bank.update(dt, H, y, noise_sd, self._considered(derivative, -1))
+        self._bank.update(dt, H, y, noise_sd, self._motion.considered(derivative, -1))
         if self._samples % 5 == 0:
             self._x = self._plausible()
 
@@ -345,12 +390,12 @@ class Recursive:
                 around[-1][:, 1 + group] = sizes
         return np.unique(np.vstack(around), axis=0)
 
-    def _empty_bank(self, considers: bool = True) -> FilterBank:
+    def _empty_bank(self, of_sizes: Float[np.ndarray, "filter size"], considers: bool = True) -> FilterBank:
         sources = (self._discrepancy, self._path) if considers else ()
         considered = sum(source.count_of_joint for source in sources if source is not None)
-        disturbance = self._sizes[:, :1] * self._noise.disturbance_sd
+        disturbance = of_sizes[:, :1] * self._noise.disturbance_sd
         # `FIXED` is the last index.
-        prior_sd = np.column_stack([self._sizes[:, 1:], np.ones(len(self._sizes))])[:, self._group]
+        prior_sd = np.column_stack([of_sizes[:, 1:], np.ones(len(of_sizes))])[:, self._group]
         return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered, prior_sd)
 
     def covariance(self) -> Covariance:
