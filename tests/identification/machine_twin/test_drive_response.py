@@ -38,6 +38,16 @@ def test_delay_and_bandwidth_are_found_within_their_intervals(delay_s: float):
     np.testing.assert_allclose(found.noise_A, NOISE_A, rtol=0.03)
 
 
+@pytest.mark.parametrize("every", [4, 5, 10])
+def test_a_log_with_fewer_rows_than_commands_contains_the_true_delay_and_invents_no_second_order(every: int):
+    delay_s = 0.0015
+    whole = recorded(delay_s, (25.0, 25.0), 60_000)
+    rows = {name: getattr(whole, name)[::every] for name in ("t", "q", "current", "current_asked", "hung")}
+    found = drive_response((MeasuredMotion("log", **rows, has_all_commands=False),))
+    assert abs(found.delay_s - delay_s) < 1.96 * found.delay_sd_s
+    assert np.isnan(found.damping).all()
+
+
 def test_a_recording_without_commands_tells_no_delay():
     made = recorded(0.0015, (25.0,), 2000)
     silent = MeasuredMotion(

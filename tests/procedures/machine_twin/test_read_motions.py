@@ -188,7 +188,7 @@ def test_a_missing_file_is_named(tmp_path: Path):
 @pytest.mark.parametrize(
     ("header", "row", "message"),
     [
-        ("t,a,b", "0,1,2", "lacks columns for the joints shoulder_flexion"),
+        ("t,a,b", "0,1,2", "lacks q and current or tau: needed are"),
         ("t,q_shoulder_flexion", "0,x", "is no CSV with one line of names"),
     ],
 )
@@ -225,3 +225,53 @@ def test_a_ros_recording_is_read_by_the_names_of_the_joints(tmp_path: Path):
     (motion,) = read(path)
     np.testing.assert_allclose(motion.current[5:-5], CURRENT[5:-5], atol=1e-3)
     assert np.isnan(motion.current_asked).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no row of numbers"),
+        ("t,q_1\n", "no row of numbers"),
+        ("t,q_1\n0,1,2\n", "2 names of columns, and 3 columns"),
+        ("t,q_1,q_2,q_3,q_4\n0,1,2,3,4\n", "lacks current or tau: needed are"),
+        ("q_1,q_2,q_3,q_4,i_1,i_2,i_3,i_4\n0,1,2,3,4,5,6,7\n", "lacks time: needed are"),
+    ],
+)
+def test_a_csv_that_cannot_be_used_says_what_is_missing(tmp_path: Path, text: str, message: str):
+    path = tmp_path / "a.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(RecordingError, match=message):
+        read(path)
+
+
+def test_a_csv_in_degrees_is_refused_until_it_is_said(tmp_path: Path):
+    path = write_csv(tmp_path / "a.csv")
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    table[:, 1 : 1 + len(RIG.joints)] = np.rad2deg(table[:, 1 : 1 + len(RIG.joints)])
+    np.savetxt(path, table, delimiter=",", header=path.read_text(encoding="utf-8").splitlines()[0], comments="")
+    with pytest.raises(RecordingError, match="give --degrees"):
+        read(path)
+    (recording,) = read_motions(RIG, [path], {}, is_torque=True, is_degrees=True)
+    np.testing.assert_allclose(recording.motions[0].q, Q, atol=1e-12)
+
+
+@pytest.mark.parametrize("mass", [-1.0, 1500.0])
+def test_a_weight_that_cannot_be_kilograms_is_refused(tmp_path: Path, mass: float):
+    path = write_csv(tmp_path / "a.csv")
+    head, *rows = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join([f"{head},weight_kg", *(f"{row},{mass}" for row in rows)]), encoding="utf-8")
+    with pytest.raises(RecordingError, match="Give kilograms"):
+        read(path)
+
+
+def test_no_recording_is_refused():
+    with pytest.raises(ConfigError, match="No recording is given"):
+        read()
+
+
+def test_a_recording_that_names_another_machine_with_the_same_joints_is_refused(tmp_path: Path):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, RIG.joints, {"rig": "another"}):
+        pass
+    with pytest.raises(RecordingError, match="is a recording of 'another'"):
+        read(path)

@@ -4,6 +4,9 @@
 
 The command is constant between two ticks. The lag is of first or second order, as the recordings tell. Delay and
 bandwidth are those of command and measurement together.
+
+A log of another program with rows more than `SURE_PERIOD_S` apart may lack commands between its rows. The delay is then
+uncertain by one period, and the order of the lag is not told.
 """
 
 from dataclasses import dataclass, replace
@@ -30,6 +33,9 @@ DAMPING_RANGE = (0.2, 3.0)
 
 SURE_OF_SECOND = 30.0
 """Least gain of twice the log-likelihood by a lag of second order for its use [-]."""
+
+SURE_PERIOD_S = 0.0021
+"""Longest time between two rows of another program's log that is taken for its loop's period [s]."""
 
 BANDWIDTHS_SEARCHED_HZ = (12.0, 40.0, 120.0)
 """Bandwidths of the coarse search [Hz]."""
@@ -91,9 +97,11 @@ class _BothOrders:
 
 def drive_response(motions: tuple[MeasuredMotion, ...]) -> DriveResponse:
     """Fit the response of all drives to the recordings that hold their commands."""
-    found = _of_one_order([_of_joint(motions, joint) for joint in range(motions[0].q.shape[1])])
+    unsure_s = max((m.period_s for m in motions if not m.has_all_commands and m.period_s > SURE_PERIOD_S), default=0.0)
+    found = _of_one_order([_of_joint(motions, joint) for joint in range(motions[0].q.shape[1])], unsure_s > 0.0)
     known = [one for one in found if one is not None]
     delay_s, delay_sd_s, spread = _common_delay(known) if known else (np.nan, np.nan, np.nan)
+    delay_sd_s = float(np.hypot(delay_sd_s, unsure_s / np.sqrt(3.0)))
     bandwidth, sd, damping, noise, simple = (np.full(len(found), np.nan) for _ in range(5))
     for joint, one in enumerate(found):
         if one is None:
@@ -129,9 +137,9 @@ def _of_joint(motions: tuple[MeasuredMotion, ...], joint: int) -> "_BothOrders |
     return _BothOrders(first, replace(second, first_order=first.x), gained)
 
 
-def _of_one_order(found: list["_BothOrders | None"]) -> list[_OfJoint | None]:
+def _of_one_order(found: list["_BothOrders | None"], is_simple: bool) -> list[_OfJoint | None]:
     """Choose the same order for all drives: they are of one make, and a joint that moves little tells it badly."""
-    is_second = sum(one.gained for one in found if one is not None) > SURE_OF_SECOND
+    is_second = not is_simple and sum(one.gained for one in found if one is not None) > SURE_OF_SECOND
     return [None if one is None else one.second if is_second else one.first for one in found]
 
 

@@ -61,6 +61,9 @@ class MeasuredMotion:
     temperature: Float[np.ndarray, "tick joint"] | None = None
     """Temperatures of the windings [°C], NaN where a drive does not measure it; None without any."""
 
+    has_all_commands: bool = True
+    """True if each command has a row; a log of another program may be slower than the loop."""
+
     @property
     def period_s(self) -> float:
         """Time between two ticks [s]."""

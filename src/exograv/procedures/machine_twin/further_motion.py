@@ -51,21 +51,30 @@ def further_motion(
 
     (gain, gain_sd), (rotor, rotor_sd), (coulomb, _) = of("inverse_gain"), of("rotor"), of("coulomb")
     breakaway_sd, viscous_sd = of("breakaway")[1], of("viscous")[1]
+    has_weight = bool((found.sweeps.hung > 0.0).any())
+    apart = (
+        "The leads of the motors' encoders tell the two apart under load: record longer sweeps of it with a known weight"
+        if found.has_motor_encoders
+        else "Motion alone cannot separate the two"
+    )
     told = []
     for j, joint in enumerate(description.joints):
         share = gain_sd[j] / gain[j]
         if share > GAIN_SURE:
+            start, mount = f"The gain of '{joint}' is known to ±{1.96 * share:.1%}", description.calibration.mount
             told.append(
-                f"The gain of '{joint}' is known to ±{1.96 * share:.1%}, by the drawings of the links alone: record a "
-                f"sweep of it with a known weight at {description.calibration.mount} (--weight FILE:MOUNT=KG)."
+                f"{start}: record a further sweep of it with a known weight at {mount}, through more of its range."
+                if has_weight
+                else f"{start}, by the drawings of the links alone: record a sweep of it with a known weight at {mount} "
+                "(--weight FILE:MOUNT=KG)."
             )
         if rotor_sd[j] > ROTOR_SURE * abs(rotor[j]):
             of_axis = axes[1][j] / axes[0][j]
             start = f"The rotor inertia of '{joint}' is known to ±{1.96 * rotor_sd[j] / abs(rotor[j]):.0%}"
             if of_axis < ROTOR_SURE:
                 told.append(
-                    f"{start}, rotor and links about its axis together to ±{1.96 * of_axis:.1%}: motion alone cannot "
-                    "separate the two. Enter the rotor's data sheet in rig.toml if it is known better."
+                    f"{start}, rotor and links about its axis together to ±{1.96 * of_axis:.1%}. {apart}. Enter "
+                    "the rotor's data sheet in rig.toml if it is known better."
                 )
             else:
                 told.append(f"{start}: record quick reversals of it, with the joints behind it bent and stretched.")

@@ -32,7 +32,7 @@ class TwinFitOptions(Options):
     """The efforts of ROS recordings are joint torques [N·m] in place of currents."""
 
     degrees: bool = False
-    """The positions of LeRobot datasets are degrees in place of radians."""
+    """The positions of CSV files and LeRobot datasets are degrees in place of radians."""
 
     weights: Weights = ()
     """Known weight that hangs at a mount during a whole recording. May be repeated. Recordings of exograv's calibration

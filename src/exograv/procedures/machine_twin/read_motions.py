@@ -6,6 +6,7 @@ All are of the empty machine, but exograv's own may also hold the identification
 import csv
 import hashlib
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,6 +59,9 @@ VIDEO = ".mp4"
 
 ANGLE_MOST = 4.0 * np.pi
 """Largest range of a joint that is plausible in radians [rad]."""
+
+MASS_MOST_KG = 100.0
+"""Largest weight that a recording may state [kg]: a larger number is in grams."""
 
 NEEDED = "time, q of each joint, and current or tau of each joint"
 
@@ -124,6 +128,8 @@ class _Columns:
     temperature: Float[np.ndarray, "tick joint"] | None = None
     worn_s: float = 0.0
     worn: WornMotion | None = None
+    is_own: bool = True
+    """True for a recording of exograv, which has one row for each command."""
 
 
 def read_motions(
@@ -141,12 +147,14 @@ def read_motions(
         paths: The recordings.
         weights: Mount and mass [kg] of the known weight that hangs during a whole recording, by its path as given.
         is_torque: True if the efforts of ROS recordings are torques, and not currents.
-        is_degrees: True if the positions of LeRobot tables are in degrees.
+        is_degrees: True if the positions of CSV files and LeRobot tables are in degrees.
 
     Raises:
         ConfigError: A mount is not one of the machine, or a weight is stated for a recording that is not given.
         RecordingError: A recording cannot be read, or lacks a column, or is too slow.
     """
+    if not paths:
+        raise ConfigError("No recording is given. Give one or more, as in `exograv twin fit RIG out/empty.mcap`.")
     unknown = set(weights) - {str(path) for path in paths}
     if unknown:
         raise ConfigError(
@@ -183,15 +191,27 @@ def _read(
     if is_lerobot(path):
         columns = _of_lerobot(description, path, is_degrees)
     elif path.suffix.lower() in (".csv", ".txt", ".tsv"):
-        columns = _of_csv(description, path)
+        columns = _of_csv(description, path, is_degrees)
     elif is_ros_recording(path) and not _is_ours(path):
         columns = _of_ros(description, path, is_torque)
     else:
         columns = _of_exograv(description, path)
     if weight is not None:
         columns.hung[:] = hung_row(description, *weight)
+    _refuse_degrees(path, columns.q)
     pieces = _pieces(path, columns) if len(columns.t) else ()
     return ReadRecording(path, pieces, _digest(path), columns.is_simulated, columns.worn_s, columns.worn)
+
+
+def _refuse_degrees(path: Path, q: Float[np.ndarray, "tick joint"]) -> None:
+    """Refuse a motion that is too large for radians."""
+    known = q[np.isfinite(q).all(axis=1)]
+    most = float(np.ptp(known, axis=0).max()) if len(known) else 0.0
+    if most > ANGLE_MOST:
+        raise RecordingError(
+            f"{path}: a joint moves by {most:.0f} rad. If its positions are degrees, give --degrees (CSV and LeRobot), "
+            "or convert them to radians. Positions that LeRobot scales to ±100 cannot be used."
+        )
 
 
 def _digest(path: Path) -> str:
@@ -219,6 +239,9 @@ def _of_exograv(description: RigDescription, path: Path) -> _Columns:
             f"{path} has the joints {', '.join(recording.joints)}; {description.name} has "
             f"{', '.join(description.joints)}. Give the machine of the recording."
         )
+    stated = recording.settings.get("rig")
+    if isinstance(stated, str) and stated != description.name:
+        raise RecordingError(f"{path} is a recording of '{stated}', not of '{description.name}'. Give its machine.")
     is_empty = _of_empty_machine(recording)
     worn, whole = _identification(recording, description), recording.ticks
     ticks = whole[is_empty]
@@ -286,40 +309,44 @@ def _warmth(recording: Recording, t: np.ndarray) -> np.ndarray | None:
 def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> _Columns:
     states = read_joint_states(path, description.joints)
     current = states.effort / description.nominal_gain if is_torque else states.effort
-    return _Columns(states.t, states.q, current, np.full_like(current, np.nan), _no_weight(description, len(states.t)))
+    hung = _no_weight(description, len(states.t))
+    return _Columns(states.t, states.q, current, np.full_like(current, np.nan), hung, is_own=False)
 
 
 def _of_lerobot(description: RigDescription, path: Path, is_degrees: bool) -> _Columns:
     table, gain = read_lerobot(path, description.joints), description.nominal_gain
     q = np.deg2rad(table.q) if is_degrees else table.q
-    most = float(np.ptp(q, axis=0).max())
-    if most > ANGLE_MOST:
-        raise RecordingError(
-            f"{path}: a joint moves by {most:.0f} rad. If its positions are degrees, give --degrees. Positions that "
-            "LeRobot scales to ±100 cannot be used."
-        )
     by = gain if table.current is None or table.torque is None else _ratio(table.torque, table.current, gain)
     current = table.current if table.torque is None or table.current is not None else table.torque / gain
     assert current is not None
     asked = table.current_asked
     if asked is None:
         asked = np.full_like(q, np.nan) if table.torque_asked is None else table.torque_asked / by
-    return _Columns(table.t, q, current, asked, _no_weight(description, len(q)), temperature=table.temperature)
+    hung = _no_weight(description, len(q))
+    return _Columns(table.t, q, current, asked, hung, temperature=table.temperature, is_own=False)
 
 
 def _no_weight(description: RigDescription, ticks: int) -> np.ndarray:
     return np.zeros((ticks, len(description.mounts) * len(description.calibration.weights_kg)))
 
 
-def _of_csv(description: RigDescription, path: Path) -> _Columns:
+def _of_csv(description: RigDescription, path: Path, is_degrees: bool) -> _Columns:
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
             head = stream.readline()
             dialect = ";" if head.count(";") > head.count(",") else "\t" if "\t" in head else ","
             names = next(csv.reader([head], delimiter=dialect), [])
-            values = np.loadtxt(stream, delimiter=dialect, ndmin=2)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # of a file without numbers, which is refused below
+                values = np.loadtxt(stream, delimiter=dialect, ndmin=2)
     except (OSError, UnicodeDecodeError, ValueError) as error:
         raise RecordingError(f"{path} is no CSV with one line of names and numbers below: {error}.") from error
+    if not names or not values.size:
+        raise RecordingError(f"{path} has no row of numbers. Give a CSV with one line of names and numbers below.")
+    if values.shape[1] != len(names):
+        raise RecordingError(
+            f"{path} has {len(names)} names of columns, and {values.shape[1]} columns of numbers. Both must agree."
+        )
     joints, gain = description.joints, description.nominal_gain
 
     def group(stems: Sequence[str]) -> np.ndarray | None:
@@ -328,10 +355,12 @@ def _of_csv(description: RigDescription, path: Path) -> _Columns:
 
     time, q, current, tau = named_columns(names, NAMES["time"], None), group(NAMES["positions"]), None, None
     current, tau = group(NAMES["currents"]), group(NAMES["torques"])
-    if time is None or q is None or (current is None and tau is None) or values.shape[1] != len(names):
+    there = {"time": time is not None, "q": q is not None, "current or tau": not (current is None and tau is None)}
+    if time is None or q is None or (current is None and tau is None):
         raise RecordingError(
-            f"{path} lacks columns for the joints {', '.join(joints)}: needed are {NEEDED}. Columns there: "
-            f"{', '.join(names)}. Name them as q_{joints[0]} or q_1."
+            f"{path} lacks {' and '.join(name for name, is_there in there.items() if not is_there)}: needed are "
+            f"{NEEDED}, for the joints {', '.join(joints)}. Columns there: {', '.join(names)}. Name them as "
+            f"q_{joints[0]} or q_1."
         )
     used = tau / gain if current is None and tau is not None else current
     assert used is not None
@@ -340,13 +369,30 @@ def _of_csv(description: RigDescription, path: Path) -> _Columns:
         # As in exograv's own recordings, both torques are converted by the same gains.
         by = gain if current is None or tau is None else _ratio(tau, current, gain)
         asked = np.full_like(q, np.nan) if asked_tau is None else asked_tau / by
-    hung = _no_weight(description, len(q))
+    hung, q_motor = _no_weight(description, len(q)), group(MOTOR_POSITIONS)
     weight = named_columns(names, HUNG, None)
     if weight is not None:
-        hung[:] = np.outer(values[:, weight[0]], hung_row(description, description.calibration.mount, 1.0))
+        masses = values[:, weight[0]]
+        refuse_wrong_mass(path, masses)
+        hung[:] = np.outer(masses, hung_row(description, description.calibration.mount, 1.0))
+    if is_degrees:
+        q, q_motor = np.deg2rad(q), None if q_motor is None else np.deg2rad(q_motor)
     return _Columns(
-        values[:, time[0]], q, used, asked, hung, q_motor=group(MOTOR_POSITIONS), temperature=group(TEMPERATURES)
+        values[:, time[0]], q, used, asked, hung, q_motor=q_motor, temperature=group(TEMPERATURES), is_own=False
     )
+
+
+def refuse_wrong_mass(path: Path, masses_kg: Float[np.ndarray, " tick"]) -> None:
+    """Refuse weights that are negative or cannot be kilograms.
+
+    Raises:
+        RecordingError: A mass is not between 0 and `MASS_MOST_KG`.
+    """
+    low, high = float(np.nanmin(masses_kg)), float(np.nanmax(masses_kg))
+    if not 0.0 <= low <= high <= MASS_MOST_KG:
+        raise RecordingError(
+            f"{path}: the weights are {low:g} to {high:g} kg; allowed: 0 to {MASS_MOST_KG:g} kg. Give kilograms."
+        )
 
 
 def _ratio(tau: np.ndarray, current: np.ndarray, nominal: np.ndarray) -> np.ndarray:
@@ -392,4 +438,4 @@ def _even(name: str, columns: _Columns, part: np.ndarray, period_s: float) -> Me
     motor = None if columns.q_motor is None else cut(columns.q_motor)
     warmth = None if columns.temperature is None else cut(columns.temperature)
     moved = cut(columns.q), cut(columns.current), cut(columns.current_asked), cut(columns.hung)
-    return MeasuredMotion(name, grid, *moved, q_motor=motor, temperature=warmth)
+    return MeasuredMotion(name, grid, *moved, q_motor=motor, temperature=warmth, has_all_commands=columns.is_own)

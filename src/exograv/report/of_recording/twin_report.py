@@ -76,8 +76,8 @@ def headline(figures: TwinFigures) -> str:
     """Held-out residual over noise, in one sentence."""
     worst = max(figures.held_out, key=lambda row: row.over_noise)
     return (
-        f"The twin of {figures.rig} predicts held-out torque to {worst.over_noise:.2f} times the noise of the sensors "
-        f"or better; {joint_label(worst.joint)} is the worst joint."
+        f"The twin of {figures.rig} leaves at most {worst.over_noise:.2f} times the noise of the sensors of the "
+        f"held-out torque; {joint_label(worst.joint)} is the worst joint."
     )
 
 

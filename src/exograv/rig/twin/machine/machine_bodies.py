@@ -73,7 +73,8 @@ def _build_with_links(spec: mujoco.MjSpec, links: Mapping[str, Float[np.ndarray,
     """Give the body behind each joint all mass of the bodies that are fixed to it."""
     for body in spec.bodies:
         if body.explicitinertial:
-            body.mass, body.ipos, body.fullinertia = 0.0, np.zeros(3), np.zeros(6)
+            body.mass, body.ipos, body.inertia = 0.0, np.zeros(3), np.zeros(3)
+            body.fullinertia = np.full(6, np.nan)  # absent: MuJoCo refuses a full inertia of zeros
     for joint in spec.joints:
         phi = links.get(joint.name)
         if phi is None:
