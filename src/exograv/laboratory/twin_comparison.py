@@ -10,13 +10,14 @@ from jaxtyping import Float
 
 from exograv.control.exo_tick import empty_gains
 from exograv.errors import RecordingError
-from exograv.identification.machine_twin.machine_fit import recording_residual
+from exograv.identification.machine_twin.machine_fit import recording_residual, sample_noise
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.procedures.machine_twin.options import TwinCompareOptions
 from exograv.procedures.machine_twin.read_motions import read_motions
 from exograv.rig.twin import Disturbances, Machine, Twin
+from exograv.rig.twin.twin import PERIOD
 from exograv.signals import Command
 from exograv.storage.twin_file import StoredTwin, read_twin
 
@@ -41,7 +42,8 @@ class JointDeparture:
 
     joint: str
     torque_Nm: float
-    """RMS torque below 7 Hz that the twin's parameters leave unexplained in clear motion."""
+    """RMS torque below 7 Hz that the twin's parameters leave unexplained in clear motion, without the noise that rows
+    more than 1 ms apart add."""
     fitted_Nm: float
     """The same on the held-out part of the recordings to which the twin was fitted."""
     feedback_Nm: float
@@ -85,6 +87,7 @@ def compare_twin(options: TwinCompareOptions, progress: Progress = lambda _text,
     description = load_rig(options.machine, options.side)
     whole = read_twin(description)
     (recording,) = read_motions(description, [options.recording], options.weight_of_file(), is_torque=False)
+    motion_period_s = max(one.period_s for one in recording.motions)
     motion = _beginning(max(recording.motions, key=lambda one: len(one.t)), options.seconds)
     if not np.isfinite(motion.current_asked).all():
         raise RecordingError(
@@ -103,7 +106,7 @@ def compare_twin(options: TwinCompareOptions, progress: Progress = lambda _text,
         JointDeparture(row.joint, *(float(value) for value in values))
         for row, *values in zip(
             whole.joints,
-            residual.slow_Nm,
+            _without_added_noise(residual.slow_Nm, motion_period_s, np.array([row.noise_Nm for row in whole.joints])),
             [row.held_out_slow_rms_Nm for row in whole.joints],
             _rms(feedback),
             np.rad2deg(_rms(closed)),
@@ -176,6 +179,14 @@ class _Replay:
             twin.hang(mount, mass)
 
 
+def _without_added_noise(
+    slow_Nm: Float[np.ndarray, " joint"], period_s: float, noise_Nm: Float[np.ndarray, " joint"]
+) -> Float[np.ndarray, " joint"]:
+    """Residual below 7 Hz without the sensors' noise that a filter passes of fewer rows, beyond that at 1 ms [N·m]."""
+    now, usual = (sample_noise(one, noise_Nm) for one in (max(period_s, PERIOD), PERIOD))
+    return np.sqrt(np.maximum(slow_Nm**2 - (now**2 - usual**2), 0.0))
+
+
 V_FILTER_S = 0.003
 """Time constant of the speed of the feedback [s]."""
 
@@ -185,7 +196,7 @@ NOTED_EVERY = 1000
 
 def _beginning(motion: MeasuredMotion, seconds: float) -> MeasuredMotion:
     """Return the first seconds of a motion, on the twin's period."""
-    grid = np.arange(motion.t[0], min(motion.t[-1], motion.t[0] + seconds), 0.001)
+    grid = np.arange(motion.t[0], min(motion.t[-1], motion.t[0] + seconds), PERIOD)
     q, current, asked = (
         np.column_stack([np.interp(grid, motion.t, column) for column in values.T])
         for values in (motion.q, motion.current, motion.current_asked)

@@ -33,8 +33,8 @@ def show_comparison(result: "TwinComparison") -> None:
         "torque\nN·m",
         "at the fit\nN·m",
         "feedback\nN·m",
-        "with it\n°",
-        "0.5 s without\n°",
+        "path with\nfeedback °",
+        "path, 0.5 s\nwithout °",
         "per tick\nover noise",
     ):
         table.add_column(heading, justify="right")
@@ -43,10 +43,15 @@ def show_comparison(result: "TwinComparison") -> None:
         cells = [f"{value:.2g}" for value in values]
         table.add_row(row.joint.replace("_", "\n"), *cells, f"{row.over_noise:.2f}")
     Console().print(table)
+    say(
+        "Torque: what the twin's parameters leave unexplained below 7 Hz. Feedback: what keeps the twin on the recorded "
+        "path under the recorded commands. Path: distance of the twin from it."
+    )
     if result.ok:
         say(f"No joint's torque departs by more than {result.allowed:g} times that at the fit.")
     else:
         say(
             f"The torque of {', '.join(result.departed)} departs by more than {result.allowed:g} times that at the "
-            "fit. The machine has changed, a weight hangs that is not stated, or the twin is of another machine."
+            "fit. The machine has changed, a weight hangs that is not stated, the recording has other units or signs, or "
+            "the twin is of another machine."
         )

@@ -159,7 +159,7 @@ def fit_machine(
     of_noise, held = fit.covariance, samples.only(samples.fold == VALIDATION_FOLD)
     considered, seen = Considered(model, samples.sweeps), samples.fold != VALIDATION_FOLD
     t_seen = float(samples.sweeps.t[seen][-1])
-    size = considered.size(before, seen, _sample_noise(motions, noise_A * description.nominal_gain), t_seen)
+    size = considered.size(before, seen, sample_noise(motions[0].period_s, noise_A * description.nominal_gain), t_seen)
     fit = with_wind_up(model, replace(fit, covariance=considered.covariance(fit, size)), samples)
     theta = PhysicalProjection(bodies, prior.mean)(fit.theta, fit.covariance)
     fit = replace(fit, theta=theta)
@@ -206,9 +206,8 @@ def _rough_noise(motions: tuple[MeasuredMotion, ...]) -> Joints:
     return np.median(np.abs(thirds), axis=0) / (0.6745 * np.sqrt(20.0))
 
 
-def _sample_noise(motions: tuple[MeasuredMotion, ...], noise: Joints) -> Joints:
+def sample_noise(period_s: float, noise: Joints) -> Joints:
     """Return the standard deviation that white noise per tick has behind the filter of the samples (joint,)."""
-    period_s = motions[0].period_s
     pulse_filter = SampleFilter(1, period_s, FILTER_DELAY_S)
     zero, one = np.zeros(1), np.ones(1)
     answer = [

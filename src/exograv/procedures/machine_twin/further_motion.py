@@ -53,7 +53,7 @@ def further_motion(
     breakaway_sd, viscous_sd = of("breakaway")[1], of("viscous")[1]
     has_weight = bool((found.sweeps.hung > 0.0).any())
     apart = (
-        "The leads of the motors' encoders tell the two apart under load: record longer sweeps of it with a known weight"
+        "The encoders of the motors tell the two apart under load: record longer sweeps of it with a known weight"
         if found.has_motor_encoders
         else "Motion alone cannot separate the two"
     )
@@ -65,8 +65,8 @@ def further_motion(
             told.append(
                 f"{start}: record a further sweep of it with a known weight at {mount}, through more of its range."
                 if has_weight
-                else f"{start}, by the drawings of the links alone: record a sweep of it with a known weight at {mount} "
-                "(--weight FILE:MOUNT=KG)."
+                else f"{start}, by the drawings of the links alone: record a sweep of it with a known weight at "
+                f"{mount} (--weight FILE:MOUNT=KG)."
             )
         if rotor_sd[j] > ROTOR_SURE * abs(rotor[j]):
             of_axis = axes[1][j] / axes[0][j]
