@@ -44,14 +44,14 @@ def show_comparison(result: "TwinComparison") -> None:
         table.add_row(row.joint.replace("_", "\n"), *cells, f"{row.over_noise:.2f}")
     Console().print(table)
     say(
-        "Torque: what the twin's parameters leave unexplained below 7 Hz. Feedback: what keeps the twin on the recorded "
-        "path under the recorded commands. Path: distance of the twin from it."
+        "Torque: what the twin's parameters leave unexplained below 7 Hz. Feedback: what keeps the twin on the "
+        "recorded path under the recorded commands. Path: distance of the twin from it."
     )
     if result.ok:
         say(f"No joint's torque departs by more than {result.allowed:g} times that at the fit.")
     else:
         say(
             f"The torque of {', '.join(result.departed)} departs by more than {result.allowed:g} times that at the "
-            "fit. The machine has changed, a weight hangs that is not stated, the recording has other units or signs, or "
-            "the twin is of another machine."
+            "fit. The machine has changed, a weight hangs that is not stated, the recording has other units or signs, "
+            "or the twin is of another machine."
         )
