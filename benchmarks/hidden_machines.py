@@ -8,6 +8,7 @@
     python benchmarks/hidden_machines.py minutes out/hidden --names a --truth out/truth --minutes 1 3 10
     python benchmarks/hidden_machines.py effort out/hidden/a_600s out/truth/a.json out/hidden/a.mcap   # DAM/GCM
     python benchmarks/hidden_machines.py reactions out/hidden/a_600s out/truth/a.json out/hidden/a.mcap   # to faults
+    python benchmarks/hidden_machines.py calibrate out/hidden/a_600s out/truth/a.json out/hidden/a.mcap   # by prior
     python benchmarks/hidden_machines.py further out/hidden --names a --truth out/truth --minutes 1   # designed motion
     python benchmarks/hidden_machines.py form                                          # the form of FIT.json
 
@@ -23,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hidden.calibration import compare_priors
 from hidden.draw import Hidden, draw
 from hidden.effort import compare_effort
 from hidden.fitted import write_fitted
@@ -89,6 +91,11 @@ def effort(options: argparse.Namespace) -> None:
     compare_effort(options.machine, *_truth(options), options.wearers, options.draws)
 
 
+def calibrated(options: argparse.Namespace) -> None:
+    """Calibrate the hidden machine with its drawing and with its twin as prior."""
+    compare_priors(options.machine, *_truth(options))
+
+
 def reactions(options: argparse.Namespace) -> None:
     """Print reactions to faults in the hidden machine and in its fitted twin."""
     flown = (options.wearer, options.draws, options.flights, options.faults)
@@ -111,14 +118,16 @@ def _truth(options: argparse.Namespace) -> tuple[Hidden, Geometry, float]:
 
 
 def _add_flights(parts: argparse._SubParsersAction) -> None:
-    """Add the parts that fly a wearer."""
-    for run, name in ((effort, "effort"), (reactions, "reactions")):
+    """Add the parts that run the machine on from its recording."""
+    for run, name in ((effort, "effort"), (reactions, "reactions"), (calibrated, "calibrate")):
         one = parts.add_parser(name, help=run.__doc__)
         one.add_argument("machine", type=Path, help="folder of the machine with twin.toml")
         one.add_argument("truth", type=Path, help="file of --disclose")
         one.add_argument("recording", type=Path, help="recording of the fit: the machine runs on from its end")
-        one.add_argument("--draws", type=int, default=2, help="draws from the posterior for each wearer")
         one.set_defaults(run=run)
+        if run is calibrated:
+            continue
+        one.add_argument("--draws", type=int, default=2, help="draws from the posterior for each wearer")
         if run is effort:
             one.add_argument("--wearers", type=int, default=5)
         else:

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.calibration.empty_prior import EmptyPrior
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
 from exograv.model.rig_settings import Excitation
@@ -41,11 +42,13 @@ class EmptyTwinMachine:
         """True values of the twin's machine."""
         return truth_of_machine(self.description, self.options.level, self.options.seed, self.options.world)
 
-    def calibrate(self, lengths: Mapping[str, float], motion: Excitation | None) -> tuple[Calibration, float]:
+    def calibrate(
+        self, lengths: Mapping[str, float], motion: Excitation | None, known: EmptyPrior | None
+    ) -> tuple[Calibration, float]:
         """Calibrate from cold; return the result and the rig's clock at the end [s]."""
         path, empty = self.options.recording, self._empty(lengths)
         if path is None:
-            return empty.calibrate(pilots(self.description, self.progress), motion)
+            return empty.calibrate(pilots(self.description, self.progress), motion, known)
         settings = {
             "rig": self.description.name,
             "side": self.description.side,
@@ -54,7 +57,7 @@ class EmptyTwinMachine:
             "seed": self.options.seed,
         }
         with RecordingWriter(path, self.description.joints, settings, packed=True) as recording:
-            return empty.calibrate(pilots(self.description, self.progress, recording), motion)
+            return empty.calibrate(pilots(self.description, self.progress, recording), motion, known)
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
         """Measure friction again, all else as `before`; return the result and the rig's clock at the end [s]."""

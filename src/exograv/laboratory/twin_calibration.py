@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.identification.calibration.empty_machine import GAIN_SD, Calibration
+from exograv.identification.calibration.empty_prior import EmptyPrior
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
@@ -49,13 +50,16 @@ class EmptyTwin:
     lengths: Mapping[str, float]
     """Adjustable lengths by segment [m]."""
 
-    def calibrate(self, pilot_of: PilotOf, motion: Excitation | None = None) -> tuple[Calibration, float]:
+    def calibrate(
+        self, pilot_of: PilotOf, motion: Excitation | None = None, known: EmptyPrior | None = None
+    ) -> tuple[Calibration, float]:
         """Calibrate from cold, with a further motion if one is given; return the result and the rig's clock [s]."""
         tree, nominal = self._tree(), self.description.nominal_gain
         twin = self._hanging(tree)
         pilot = pilot_of(twin, ActuatorGain(nominal, GAIN_SD * nominal))
         pilot.begin("calibrate")
-        return calibrate_machine(self.description, tree, pilot, ComputedOperator(twin.hang), motion), twin.t
+        operator = ComputedOperator(twin.hang)
+        return calibrate_machine(self.description, tree, pilot, operator, motion, known), twin.t
 
     def recheck(self, before: Calibration, pilot_of: PilotOf) -> tuple[Calibration, float]:
         """Measure friction again from cold, all else as `before`; return the result and the rig's clock [s]."""

@@ -105,7 +105,8 @@ def _refuse_links(description: RigDescription, fit: Fit) -> None:
             raise IdentificationError(
                 f"The weight of the link behind joint '{joint}' differs from the URDF by {sds:.0f} standard deviations "
                 f"(4 % of mass, 4 mm of centre); {LINK_SD:.0f} are allowed. Is a part attached to it, are two joints "
-                "swapped, or are an encoder and its motor both reversed? Correct the URDF, the driver or the machine."
+                "swapped, or are an encoder and its motor both reversed? Correct the URDF, the driver or the machine. "
+                "If the drawing is rough: fit the machine's twin, and calibrate with --prior twin."
             )
 
 

@@ -51,18 +51,18 @@ class Calibration:
     """Standard deviations of the links' inertial parameters, in the units of `phi`."""
 
 
-def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibration:
-    """Fit the machine to its sweeps, with the data sheet as prior.
+def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps, known: EmptyPrior | None = None) -> Calibration:
+    """Fit the machine to its sweeps, with what is `known` as prior; with the data sheet if nothing is.
 
     Raises:
         IdentificationError: A joint moved too little, or the result is not plausible.
     """
     _refuse_unmoved(description, sweeps)
     model = EmptyMachine(description, tree)
-    layout = model.prior.layout
-    first = model.fit(sweeps, model.prior.with_sd(layout.weight, WEIGHT_LOOSE_SD))
+    prior = model.prior if known is None else known
+    first = model.fit(sweeps, prior.with_sd(prior.layout.weight, WEIGHT_LOOSE_SD))
     refuse_wrong_weights(description, first)
-    fit = model.fit(sweeps, model.prior, first)
+    fit = model.fit(sweeps, prior, first)
     refuse_incredible(description, fit)
     return calibration_of(description, fit)
 

@@ -10,6 +10,7 @@ import numpy as np
 from exograv.control.exo_tick import most_damping
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.identification.calibration.empty_machine import GAIN_SD, Calibration
+from exograv.identification.calibration.empty_prior import EmptyPrior
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
@@ -60,7 +61,9 @@ class EmptyDrives:
         """Serial number of the drives."""
         return self.machine.serial
 
-    def calibrate(self, lengths: Mapping[str, float], motion: Excitation | None) -> tuple[Calibration, float]:
+    def calibrate(
+        self, lengths: Mapping[str, float], motion: Excitation | None, known: EmptyPrior | None
+    ) -> tuple[Calibration, float]:
         """Calibrate, with a further motion if one is given; return also how long the machine ran [s].
 
         Raises:
@@ -72,7 +75,7 @@ class EmptyDrives:
             if recording is not None:
                 recording.phase(self.machine.rig.t, "calibrate")
             pilot = self._pilot(ActuatorGain(nominal, GAIN_SD * nominal), tree, recording)
-            return calibrate_machine(self.description, tree, pilot, weights, motion), self.machine.rig.t
+            return calibrate_machine(self.description, tree, pilot, weights, motion, known), self.machine.rig.t
 
     def _recording(self) -> contextlib.AbstractContextManager[RecordingWriter | None]:
         path = self.options.recording

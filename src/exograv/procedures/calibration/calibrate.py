@@ -3,6 +3,7 @@
 import numpy as np
 
 from exograv.identification.calibration.empty_machine import Calibration, calibrate, recheck
+from exograv.identification.calibration.empty_prior import EmptyPrior
 from exograv.loop.pilot import Pilot
 from exograv.model.description import JointSweep as SweepSettings
 from exograv.model.description import RigDescription
@@ -26,9 +27,14 @@ SWEEP_PARTS = 2  # duration of the sweeps without a weight, in units of the pass
 
 
 def calibrate_machine(
-    description: RigDescription, tree: Tree, pilot: Pilot, operator: Operator, motion: Excitation | None = None
+    description: RigDescription,
+    tree: Tree,
+    pilot: Pilot,
+    operator: Operator,
+    motion: Excitation | None = None,
+    known: EmptyPrior | None = None,
 ) -> Calibration:
-    """Push, sweep, weigh, move along a `motion` if there is one, and fit.
+    """Push, sweep, weigh, move along a `motion` if there is one, and fit, with what is `known` as prior.
 
     The pilot's rig must be empty and hang still, and the tree set to its lengths.
 
@@ -60,7 +66,7 @@ def calibrate_machine(
         run.follow(empty_motion(motion, pilot.q.copy(), pilot.rig.period_s), say("calibration.motion"))
     check_passes(run)
     lead_home(run)
-    return calibrate(description, tree, run.sweeps())
+    return calibrate(description, tree, run.sweeps(), known)
 
 
 def recheck_machine(description: RigDescription, tree: Tree, pilot: Pilot, before: Calibration) -> Calibration:

@@ -8,7 +8,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.calibration.empty_prior import EmptyPrior
+from exograv.identification.calibration.twin_prior import twin_prior
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.rig_settings import Excitation
@@ -24,6 +28,7 @@ from exograv.storage.calibration_file import (
     write_calibration,
 )
 from exograv.storage.calibration_schema import MeasurementConditions, stored
+from exograv.storage.twin_file import read_twin
 
 from .breakaway_checks import refuse_joints_without_motor
 from .empty_motion import read_empty_motion
@@ -70,8 +75,12 @@ class EmptyMachine(Protocol):
         """True values of a simulated machine; None for a real one."""
         ...
 
-    def calibrate(self, lengths: Mapping[str, float], motion: Excitation | None) -> tuple[Calibration, float]:
+    def calibrate(
+        self, lengths: Mapping[str, float], motion: Excitation | None, known: EmptyPrior | None
+    ) -> tuple[Calibration, float]:
         """Run from the first breakaway test to the last weight, and along a motion if there is one.
+
+        The data sheet is the prior of the fit if nothing else is `known`.
 
         Return the calibration and the running time [s].
         """
@@ -80,6 +89,14 @@ class EmptyMachine(Protocol):
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
         """Measure friction again; keep the rest of `before`. Return the calibration and the running time [s]."""
         ...
+
+
+def _known(options: CalibrateOptions, description: RigDescription, lengths: Mapping[str, float]) -> EmptyPrior | None:
+    """Return what the machine's twin tells; None without --prior twin."""
+    if options.prior != "twin":
+        return None
+    whole, tree = read_twin(description), adjusted(read_exoskeleton(description), description, lengths)
+    return twin_prior(description, tree, whole.layout(), np.array(whole.posterior.mean), whole.posterior.matrix())
 
 
 def calibrate_and_keep(
@@ -107,6 +124,7 @@ def calibrate_and_keep(
     lengths = settings_of_lengths(description, options.lengths)
     refuse_other_than_calibration(file)
     motion = None if options.motion is None else read_empty_motion(options.motion, description)
+    known = _known(options, description, lengths)
     make = calibration_command(options, file.parent if options.calibration is None else OUT)
     if options.recheck:
         read_calibration(file, make)  # A missing file is refused before any drive is opened.
@@ -120,7 +138,7 @@ def calibrate_and_keep(
             again = {"friction_at_utc": now, "running_s": round(t, 3)}
             measured = before.measured.model_copy(update=again)
         else:
-            calibration, t = machine.calibrate(lengths, motion)
+            calibration, t = machine.calibrate(lengths, motion, known)
             measured = MeasurementConditions(
                 at_utc=now, friction_at_utc=now, running_s=round(t, 3), lengths_m=dict(lengths)
             )

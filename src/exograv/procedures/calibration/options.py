@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from exograv.errors import ConfigError
 from exograv.options import CalibratedOptions, DrivesFile, SegmentLengths
@@ -26,6 +27,10 @@ class CalibrateOptions(CalibratedOptions):
     motion: Path | None = None
     """Motion file that the empty machine flies after its sweeps, such as further_motion.toml of `exograv twin fit`."""
 
+    prior: Literal["data-sheet", "twin"] = "data-sheet"
+    """What is known before the calibration: rig.toml and URDF, or the machine's twin of `exograv twin fit`. With the
+    twin, links may be heavier or lighter than their drawings."""
+
     recording: Path | None = None
     """Recording of the calibration, for `exograv twin fit`."""
 
@@ -33,6 +38,8 @@ class CalibrateOptions(CalibratedOptions):
         super().__post_init__()
         if self.recheck and (self.motion is not None or self.recording is not None):
             raise ConfigError("--motion and --recording belong to a whole calibration. Leave out --recheck.")
+        if self.recheck and self.prior == "twin":
+            raise ConfigError("--prior twin belongs to a whole calibration. Leave out --recheck.")
         if self.lengths and self.drives is None:
             raise ConfigError(
                 f"--length is {self.lengths[0]}, but a simulated machine is not adjusted. Leave it out, or give "
