@@ -28,8 +28,8 @@ class CalibrateOptions(CalibratedOptions):
     """Motion file that the empty machine flies after its sweeps, such as further_motion.toml of `exograv twin fit`."""
 
     prior: Literal["data-sheet", "twin"] = "data-sheet"
-    """What is known before the calibration: rig.toml and URDF, or the machine's twin of `exograv twin fit`. With the
-    twin, links may be heavier or lighter than their drawings."""
+    """Knowledge before the calibration: rig.toml and URDF, or the machine's twin of `exograv twin fit`. With the twin,
+    links may be heavier or lighter than their drawings."""
 
     recording: Path | None = None
     """Recording of the calibration, for `exograv twin fit`."""
