@@ -172,6 +172,10 @@ WRONG = {
         [(DONNED, DONNED + "\narm_posture_deg = [90.0, 0.0, 0.0, 90.0]")],
         r"the wearer's elbow is \d+ mm beside the axis of 'elbow_flexion' at donning",
     ),
+    "names of two axes that are exchanged": (
+        [("shoulder_flexion", "of_x"), ("shoulder_abduction", "shoulder_flexion"), ("of_x", "shoulder_abduction")],
+        r"'shoulder_abduction' turns about the arm's axis of flexion, 'shoulder_flexion' turns about .* of abduction",
+    ),
     "loops that cannot close": (
         [(ROTATION.format("0"), ROTATION.format("0.15"))],
         r"the loops of machine and arm cannot close: at \[.*\]° a cuff is stretched by \d+ mm",

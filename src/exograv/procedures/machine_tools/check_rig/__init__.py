@@ -18,6 +18,7 @@ from exograv.procedures.machine_tools.options import CheckOptions
 from exograv.report.figures.machine_data import TorqueRow
 
 from .agreement import examine_agreement
+from .axis_names import examine_axis_names
 from .check_result import CheckResult, ConditioningFigures, ReachedVolume, SoftestFreedom
 from .findings import CheckFindings
 from .fit import Donned, examine_donning, examine_loops
@@ -115,6 +116,8 @@ def _examine_mechanics(
     held = support(assembly, solver)
     _examine_support(assembly, held, findings)
     examine_donning(donned, findings)
+    for limb in assembly.arm.limbs:
+        examine_axis_names(donned, limb, findings)
     result.rank, result.unsupported = held.rank, list(held.unsupported)
     result.softest = SoftestFreedom(held.softest, round(held.softest_Nm_per_rad, 3))
     progress("Moving the machine through its workspace", 0.4)

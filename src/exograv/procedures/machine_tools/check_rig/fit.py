@@ -50,6 +50,14 @@ class Donned:
         """Pose of a body of the machine."""
         return _numbers(self._exo[body])
 
+    def exo_axis(self, joint: int) -> Point:
+        """Axis of a joint of the machine, in the base frame."""
+        return self.exo_body(joint)[0] @ self.assembly.exo.joints[joint].axis
+
+    def arm_axis(self, joint: int) -> Point:
+        """Axis of a joint of the arm's tree, in the base frame."""
+        return _numbers(self._arm[joint])[0] @ self.assembly.arm.tree.joints[joint].axis
+
     def exo_frame(self, name: str) -> Pose:
         """Pose of a frame of the machine."""
         return self._frame(self.assembly.exo, self._exo, name)
