@@ -224,6 +224,15 @@ def test_all_faults_of_a_file_are_said_at_once(tmp_path: Path):
         assert part in str(caught.value)
 
 
+def test_a_ring_of_links_is_said_with_all_other_faults_and_the_search_ends(tmp_path: Path):
+    back = joint("back", ("d_right_elbow", "a_right_elbow"), "0 0 0", "0 0 1", kind="fixed")
+    text = ONE_ARM.replace("</robot>", back + link("loose", 1.0) + "</robot>").replace('value="2.0"', 'value="-2"')
+    with pytest.raises(ModelError) as caught:
+        new(tmp_path, text)
+    for part in ("weighs -2.0 kg", "joint 'back' leads back to 'a_right_elbow'", "found base, loose"):
+        assert part in str(caught.value)
+
+
 def test_a_xacro_file_is_told_to_be_expanded(tmp_path: Path):
     text = ONE_ARM.replace('"0 0 -0.29"', '"0 0 ${-length}"')
     with pytest.raises(ModelError, match=r"Expand it first: xacro arm\.urdf\.xacro > arm\.urdf$"):
