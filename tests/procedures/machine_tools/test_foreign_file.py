@@ -119,6 +119,34 @@ def test_arms_without_a_side_in_their_names_are_told_apart_by_their_place(tmp_pa
     assert new(tmp_path, text, side="left").joints == others
 
 
+@pytest.mark.parametrize("side", [None, "both"])
+def test_two_arms_without_a_side_in_the_names_of_their_joints_are_never_read_as_one(side: str | None, tmp_path: Path):
+    text = robot("exo", link("base"), arm("base", NUMBERS), arm("base", ("J5", "J6", "J7", "J8"), y=0.2))
+    with pytest.raises(ConfigError, match=r"two arms.* J1 to J4 is taken as the right arm and J5 to J8.*--side right"):
+        new(tmp_path, text, side=side)
+    with pytest.raises(ConfigError, match="two arms"):
+        new(tmp_path, text, joints=("J1", "J2", "J3", "J4", "J5", "J6", "J7", "J8"))
+    assert not (tmp_path / "mine").exists()
+
+
+def test_two_arms_with_a_side_in_the_names_of_links_only_are_not_read_as_one(tmp_path: Path):
+    text = WHOLE_BODY
+    for number, name in enumerate(NAMES + LEFT):
+        text = text.replace(f'<joint name="{name}"', f'<joint name="J{number + 1}"')
+    with pytest.raises(ConfigError, match=r"J1 to J4 is taken as the right arm and J5 to J8 as the left"):
+        new(tmp_path, text)
+    assert new(tmp_path, text, side="left").joints == ("J5", "J6", "J7", "J8")
+
+
+@pytest.mark.parametrize("side", [None, "right"])
+def test_two_equal_chains_on_one_side_are_asked_about(side: str | None, tmp_path: Path):
+    others = ("J5", "J6", "J7", "J8")
+    text = robot("exo", link("base"), arm("base", NUMBERS), arm("base", others, y=-0.3))
+    with pytest.raises(ConfigError, match=r"2 chains of 4 joints that may be the arm: J1 to J4; J5 to J8.*--joints"):
+        new(tmp_path, text, side=side)
+    assert new(tmp_path, text, joints=others).joints == others
+
+
 def test_slides_and_fingers_are_fixed_and_keep_their_weight(tmp_path: Path):
     limit = "-0.146 -0.02 300 0.1"
     text = robot(

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 from exograv.errors import ConfigError
 from exograv.options import Side
 
-from .arm_joints import ArmJoints, arm_joints
+from .arm_joints import ArmJoints, arm_joints, refuse_unnamed_arms
 from .fixing import keep_joints
 from .links import Links
 from .wearer_links import examine_wearer_links
@@ -23,7 +23,8 @@ def prepare(
         joints: Joints that move the arm, in place of the inferred ones.
 
     Raises:
-        ConfigError: Links look like a human arm and nothing says what they are, or no joint is left.
+        ConfigError: Links look like a human arm and nothing says what they are, no joint is left, or the sides of two
+            arms are not told.
     """
     notes = examine_wearer_links(robot, wearer_links)
     links = Links(robot)
@@ -35,4 +36,5 @@ def prepare(
         raise ConfigError(
             f"No joint of the file moves an arm of the {side or 'machine'} ({reasons}). Name its joints with --joints."
         )
+    refuse_unnamed_arms(links, found.kept)
     return notes + keep_joints(robot, links, found)
