@@ -98,6 +98,24 @@ def test_a_foreign_machine_has_no_problem_after_few_answers(
     assert result.rank == result.human_dof
 
 
+@pytest.mark.usefixtures("without_picture")
+def test_the_only_joint_is_said_to_be_taken_as_the_elbow_if_its_name_tells_nothing(tmp_path: Path):
+    found = new(tmp_path, ONE_JOINT.replace('"elbow"', '"m1"').replace("elbow_orthosis", "machine_7"), side="right")
+    assert any("The only joint, m1, is taken as the elbow" in note for note in found.notes)
+    assert len(found.questions) <= 8
+    answered(found.folder, ELBOW)
+    assert check_rig(CheckOptions(str(found.folder)), tmp_path, lambda _text, _share: None).problems == []
+
+
+@pytest.mark.parametrize(("text", "names"), [(ONE_JOINT, ("wrist",)), (TWO_JOINTS, ("m1", "m2"))])
+def test_fewer_than_three_axes_are_not_said_to_be_the_first_three(text: str, names: tuple[str, ...], tmp_path: Path):
+    for old, new_name in zip(("elbow", "right_pronation_joint"), names, strict=False):
+        text = text.replace(f'"{old}"', f'"{new_name}"').replace(f'"right_{old}_joint"', f'"{new_name}"')
+    found = new(tmp_path, text, side="right")
+    comments = {question.key: question.comment for question in found.questions}
+    assert "its axes do not show this point" in comments["wearer.shoulder_centre"]
+
+
 def test_one_arm_of_a_two_armed_machine_with_legs_keeps_its_own_joints_only(tmp_path: Path):
     found = new(tmp_path, WHOLE_BODY, side="right")
     assert found.joints == NAMES

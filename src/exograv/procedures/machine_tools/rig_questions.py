@@ -133,8 +133,11 @@ def _centre(arm: ArmGuess) -> str:
         return f"{toml_value(arm.shoulder_centre)}  # {where}"
     what = "link, fixed to the base, where the machine has the wearer's shoulder"
     if arm.meeting is None:
-        axes = "two shoulder axes" if arm.shoulder_axes == 2 else "first three axes"
-        return f'"?"  # {what}; the {axes} do not meet in a point. Add such a link to the URDF if there is none'
+        why = "its axes do not show this point"
+        if arm.shoulder_axes:
+            axes = "two shoulder axes" if arm.shoulder_axes == 2 else "first three axes"
+            why = f"the {axes} do not meet in a point"
+        return f'"?"  # {what}; {why}. Add such a link to the URDF if there is none'
     x, y, z = arm.meeting
     return f'"?"  # {what}; {arm.meets}: at {x:.4g} {y:.4g} {z:.4g} in the base. Add such a link there'
 
