@@ -1,11 +1,14 @@
 """Foreign files: exograv rig new takes any machine's file, leaves out what moves no arm, and says so."""
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from tests.foreign_machines import (
     ELBOW,
     ELBOW_AND_ROLL,
@@ -25,8 +28,10 @@ from tests.foreign_machines import (
 from exograv.errors import ConfigError, ModelError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
+from exograv.model.rig_settings import written_out
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
+from exograv.motion import fourier
 from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.design_motion import motion_note, write_excitation
 from exograv.procedures.machine_tools.new_rig import NewRig, new_rig
@@ -251,6 +256,41 @@ def test_missing_limits_are_asked_for_and_the_answers_are_the_machines_limits(tm
     assert [one.effort for one in tree.joints] == [40.0, 40.0, 30.0, 40.0]
     assert tree.joints[0].velocity == pytest.approx(np.deg2rad(170.0))
     assert tree.joints[2].velocity == 3.0
+
+
+@settings(max_examples=30)
+@given(lower=st.lists(st.floats(-170.0, 100.0), min_size=4, max_size=4), span=st.floats(2.0, 200.0))
+def test_the_proposed_excitation_stays_within_limits_that_are_answered_later(
+    lower: list[float], span: float, no_limits: str
+):
+    data = tomllib.loads(no_limits)
+    for one, low in zip(data["actuators"], lower, strict=True):
+        one["range_deg"] = [low, low + span]
+    plan = written_out(data)["excitation"]
+    centre, sine, cosine = (np.array(plan[key]) for key in ("centre_deg", "sine_deg", "cosine_deg"))
+    q = fourier(centre, sine, cosine, 20.0, 20.0, 0.02).q
+    assert (q >= np.array(lower) - 1e-9).all()
+    assert (q <= np.array(lower) + span + 1e-9).all()
+    assert np.ptp(q, axis=0).min() > 0.1 * min(span, 50.0)
+
+
+@pytest.fixture(scope="module")
+def no_limits(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Rig file of a machine whose file gives no limits."""
+    text = robot("exo", link("base"), arm("base", NUMBERS, limits=dict.fromkeys(range(4), "")))
+    return (new(tmp_path_factory.mktemp("rig"), text, side="right").folder / "rig.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("without_picture")
+def test_an_excitation_beyond_the_limits_names_the_command_that_designs_another(tmp_path: Path):
+    found = new(tmp_path, ONE_ARM)
+    answered(found.folder, FOUR)
+    path = found.folder / "rig.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r"\ncentre_deg = \[[^,]*", "\ncentre_deg = [120.0", text), encoding="utf-8")
+    problems = check_rig(CheckOptions(str(found.folder)), tmp_path, lambda _text, _share: None).problems
+    assert len(problems) == 1
+    assert f"`exograv rig motion {found.folder} --write`" in problems[0]
 
 
 def test_a_floating_base_and_a_torso_stand_still(tmp_path: Path):

@@ -8,7 +8,7 @@ import numpy as np
 from exograv.files import toml_value
 from exograv.model.limb import FREEDOMS
 from exograv.model.open_questions import MARK
-from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, sweep_ends
+from exograv.model.rig_settings import EXCITATION_SHARE, FREEDOMS_OF_ARM, HAND_APART, ArmKind, sweep_ends
 from exograv.model.tree import Joint, Tree
 from exograv.model.urdf_inference import PLACED, UNKNOWN, ArmGuess, PlaceGuess
 from exograv.options import Side
@@ -43,8 +43,8 @@ efficiency = 0.75  # [-] typical of a harmonic drive; 0.9 of a quasi-direct one.
 KP_MAX = 80.0  # N·m/rad: a wrong model moves the joint by some degrees, and the wearer can push it away
 PERIOD_S, HARMONICS = 20.0, 5
 ROUNDING_DEG = 0.6  # of ten amplitudes and a centre, each rounded to 0.1°
-EXCITATION_SHARE, EXCITATION_DEG = 0.25, 25.0
-"""Largest deviation of a proposed excitation from its centre: a share of the joint's range, and [°]."""
+EXCITATION_DEG = 25.0
+"""Largest deviation of a proposed excitation from its centre [°]."""
 
 
 @dataclass(frozen=True)
@@ -313,9 +313,11 @@ def _excitation(draft: Draft) -> str:
         name: (size / HARMONICS * wave(phase)).round(1).tolist()
         for name, wave in (("sine", np.sin), ("cosine", np.cos))
     }
+    is_asked = any(draft.lacks(joint, "lower", "upper") for joint in draft.tree.joints)
+    fitted = "# It is fitted into each range_deg above when the file is read.\n" if is_asked else ""
     return (
         "# The motion that identifies the arm: small, not designed for this machine. `exograv rig motion` designs it.\n"
-        f'[excitation]\nsource = "proposed"\nperiod_s = {PERIOD_S}\ncentre_deg = {centre.tolist()}\n'
+        f'{fitted}[excitation]\nsource = "proposed"\nperiod_s = {PERIOD_S}\ncentre_deg = {centre.tolist()}\n'
         f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"
     )
 
