@@ -18,6 +18,8 @@ from .tree import Frame, Joint, Matrix, Tree, Vector, inertia_about_origin, iner
 
 SIZE_MAX_BYTES = 1_000_000  # far above any exoskeleton's description; a larger file is a mistake or an attack
 NUMBER_MAX = 1e6  # no length, mass, inertia or limit of an exoskeleton in SI units is larger; products would overflow
+MESHES = "meshes"
+"""Attribute that a converter to URDF sets on a link without inertial: the meshes that hold its mass, not read."""
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
@@ -276,11 +278,15 @@ class _Builder:
         bare = [link for link in ends if self.links[link].find("inertial") is None and not self._carries_mass(link)]
         refuse_faults(
             [
-                f"{self.where}: link '{link}' moves but has no <inertial>. Give its mass, centre and inertia; "
-                "only links behind fixed joints may be massless."
+                f"{self.where}: link '{link}' moves but has no <inertial>{self._meshes(link)}. Give its mass, centre "
+                "and inertia; only links behind fixed joints may be massless."
                 for link in bare
             ]
         )
+
+    def _meshes(self, link: str) -> str:
+        meshes = self.links[link].get(MESHES)
+        return f"; meshes are not read, and its mass is in {meshes}" if meshes else ""
 
     def _joints_of(self, link: str) -> list[tuple[str, str, ElementTree.Element]]:
         """Joints on a link, in reversed order for the stack."""

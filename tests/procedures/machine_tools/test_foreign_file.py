@@ -236,6 +236,35 @@ def test_bones_that_the_machines_joint_moves_are_asked_about(tmp_path: Path):
     assert new(tmp_path, bones, wearer_links="keep").joints == ("r_elbow_flex",)
 
 
+def test_heavy_links_without_a_telling_name_are_pointed_out_and_left_out_by_their_names(tmp_path: Path):
+    unnamed = [part.replace("human_upper_arm", "body_17").replace("human_forearm", "body_18") for part in HUMAN]
+    hand = joint("mount_3", ("body_18", "body_19"), "0 0 -0.27", "0 0 1", kind="fixed")
+    text = robot("exo_right", link("base"), arm("base", NAMES), *unnamed, link("body_19", 0.4), hand)
+    said = "\n".join(new(tmp_path, text).notes)
+    assert "body_17 2.1 kg, body_18 1.65 kg, body_19 0.4 kg" in said
+    assert "--wearer-links body_17,body_18,body_19:" in said
+    options = NewRigOptions(tmp_path / "machine.urdf", tmp_path / "without", wearer_links="body_17,body_18,body_19")
+    found = new_rig(options)
+    assert "Left out as the wearer's, as answered: body_17 2.1 kg, body_18 1.65 kg, body_19 0.4 kg." in found.notes
+    answered(found.folder, FOUR)
+    assert tree_of(found.folder).phi[:, 0].sum() == pytest.approx(2.0 + 1.6 + 1.2 + 0.7)
+    with pytest.raises(ConfigError, match=r"--wearer-links names nothing; allowed: leave-out, keep, or links"):
+        new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "other", wearer_links="body_17,nothing"))
+
+
+@pytest.mark.parametrize(
+    ("carrier", "name", "mass"),
+    [("d_right_elbow", "elbow_motor", 1.5), ("d_right_elbow", "body", 0.6), ("b_right_elbow", "body", 1.5),
+     ("base", "body", 9.0)],
+)  # fmt: skip
+def test_a_drive_a_light_link_one_lighter_than_its_carrier_and_a_stand_are_no_part_of_a_person(
+    carrier: str, name: str, mass: float, tmp_path: Path
+):
+    mount = joint("mounting", (carrier, name), "0 0 0", "0 0 1", kind="fixed")
+    text = robot("exo_right", link("base", 3.0), arm("base", NAMES), link(name, mass), mount)
+    assert not any("--wearer-links" in note for note in new(tmp_path, text).notes)
+
+
 def test_links_of_a_human_arm_stay_if_they_are_the_machines(tmp_path: Path):
     text = robot("exo_right", link("base"), arm("base", NAMES), *HUMAN)
     found = new(tmp_path, text, wearer_links="keep")

@@ -12,7 +12,7 @@ from exograv.files import PARTIAL
 from exograv.model.completed_urdf import completed_urdf
 from exograv.model.open_questions import Question, open_questions
 from exograv.model.tree import Tree
-from exograv.model.urdf import tree_of
+from exograv.model.urdf import MESHES, tree_of
 from exograv.model.urdf_inference import ONLY_JOINT, arms, side_of
 
 from .foreign_file import prepare
@@ -61,6 +61,8 @@ def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
     closing = donning_posture(tree, known) if len(known) == len(found) else None
     draft = Draft(tree, found, options.side or side_of(tree), missing, rotors, closing)
     text = rig_text(draft, folder.name, file.name)
+    for link in robot.findall("link"):
+        link.attrib.pop(MESHES, None)
     ElementTree.indent(robot)
     urdf = ElementTree.tostring(robot, encoding="unicode", xml_declaration=False) + "\n"
     try:
