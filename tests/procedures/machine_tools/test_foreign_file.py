@@ -287,6 +287,14 @@ def test_missing_limits_are_asked_for_and_the_answers_are_the_machines_limits(tm
     assert tree.joints[2].velocity == 3.0
 
 
+def test_an_effort_or_a_speed_of_zero_is_asked_for_with_the_name_of_its_joint(tmp_path: Path):
+    limits = {1: "-0.2 1.3 0 3", 2: "-1.2 1.2 30 0"}
+    found = new(tmp_path, robot("exo", link("base"), arm("base", NUMBERS, limits=limits)), side="right")
+    comments = {question.key: question.comment for question in found.questions}
+    assert comments["drives.torque_max_Nm"].endswith("the URDF gives none for J2")
+    assert comments["drives.speed_max_deg_s"].endswith("the URDF gives none for J3")
+
+
 @settings(max_examples=30)
 @given(lower=st.lists(st.floats(-170.0, 100.0), min_size=4, max_size=4), span=st.floats(2.0, 200.0))
 def test_the_proposed_excitation_stays_within_limits_that_are_answered_later(

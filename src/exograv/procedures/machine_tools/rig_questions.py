@@ -203,11 +203,16 @@ def _drives(draft: Draft) -> str:
     lines = DRIVES
     if all(joint.name in draft.rotors for joint in draft.tree.joints):
         lines = "".join(line for line in DRIVES.splitlines(keepends=True) if not line.startswith("rotor_inertia"))
-    if any(draft.lacks(joint, "effort") for joint in draft.tree.joints):
-        lines += 'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive, where the URDF gives none\n'
-    if any(draft.lacks(joint, "velocity") for joint in draft.tree.joints):
-        lines += 'speed_max_deg_s = "?"  # °/s at the joint, where the URDF gives no largest speed\n'
+    if weak := _lacking(draft, "effort"):
+        lines += f'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive; the URDF gives none for {weak}\n'
+    if slow := _lacking(draft, "velocity"):
+        lines += f'speed_max_deg_s = "?"  # °/s at the joint: largest speed; the URDF gives none for {slow}\n'
     return lines
+
+
+def _lacking(draft: Draft, key: str) -> str:
+    """Names of the joints whose limit the file lacks, or gives as zero; empty if there are none."""
+    return ", ".join(joint.name for joint in draft.tree.joints if draft.lacks(joint, key))
 
 
 def _actuator(draft: Draft, joint: Joint, place: PlaceGuess) -> str:
