@@ -223,7 +223,10 @@ class Excitation(Settings):
     centre_deg: Degrees
     """Posture around which the machine moves."""
     source: Literal["own", "proposed", "designed"] = "own"
-    """Origin: the user, `exograv rig new` (which does not know the machine's task), or `exograv rig motion`."""
+    """Origin: the user, `exograv rig new` (which does not know the machine's task), or `exograv rig motion`.
+
+    A motion of `exograv rig new` is fitted into each `range_deg` when the file is read.
+    """
     sine_deg: Annotated[list[Degrees], Field(min_length=1)]
     cosine_deg: Annotated[list[Degrees], Field(min_length=1)]
     """Amplitudes of the cosines, a row per harmonic with an entry per joint."""

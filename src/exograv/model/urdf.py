@@ -6,7 +6,7 @@ It does not use the importers of MuJoCo or Pinocchio: the twin and the test orac
 import math
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -223,7 +223,7 @@ def _rings(below: dict[str, list[tuple[str, str]]], starts: list[str]) -> dict[s
     rings: dict[str, list[str]] = {}
     done: set[str] = set()
     for start in starts:
-        path = {} if start in done else {start: iter(below[start])}
+        path: dict[str, Iterator[tuple[str, str]]] = {} if start in done else {start: iter(below[start])}
         while path:
             link = next(reversed(path))
             joint, child = next(path[link], ("", ""))

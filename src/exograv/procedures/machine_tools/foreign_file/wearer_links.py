@@ -38,7 +38,7 @@ def examine_wearer_links(robot: ElementTree.Element, answer: str | None) -> list
         ConfigError: There are such links and no answer, or the answer names a link that is not in the file.
     """
     links = Links(robot)
-    named = answer.split(",") if answer not in (None, "leave-out", "keep") else []
+    named = [] if answer is None or answer in ("leave-out", "keep") else answer.split(",")
     if unknown := [name for name in named if name not in links.links]:
         raise ConfigError(
             f"--wearer-links names {', '.join(unknown)}; allowed: leave-out, keep, or links of the file: "
