@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from exograv.errors import ModelError
 from exograv.model.description import load_rig
 from exograv.model.tree import is_physical
-from exograv.model.urdf import SIZE_MAX_BYTES, read_urdf
+from exograv.model.urdf import SIZE_MAX_BYTES, read_urdf, root_of, tree_of
 
 MACHINE = load_rig("recupera_like").urdf_path.read_text(encoding="utf-8")
 PATIENCE_S = 5.0  # far above the 20 ms for a valid file; a hang takes minutes
@@ -52,10 +52,18 @@ BILLION_LAUGHS = (
 EXTERNAL_ENTITY = '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/hostname">]><robot name="&x;"/>'
 
 REFUSED = {
-    "two parents": (replaced((MOUNT_END, '<child link="forearm_cuff"/>')), "'forearm_cuff' has the parents"),
+    "two parents": (
+        replaced(
+            (
+                "</robot>",
+                '<joint name="j" type="fixed"><parent link="base"/><child link="forearm_cuff"/></joint></robot>',
+            )
+        ),
+        "'forearm_cuff' has the parents 'base' and 'forearm_exo'",
+    ),
     "a ring": (
         replaced(('<parent link="upper_arm_exo"/>', '<parent link="calibration_mount"/>')),
-        "cannot be reached from 'base'",
+        "joint 'elbow_flexion' leads back to 'forearm_exo'; the links form a ring: forearm_exo, calibration_mount. Cut",
     ),
     "a ring of all links": (
         '<robot name="o"><link name="a"/><link name="b"/>'
@@ -248,3 +256,35 @@ def test_joints_of_two_arms_stand_one_arm_after_the_other():
     names = read_urdf(load_rig("recupera_like_dual").urdf_path).joint_names
     assert [name.split("_")[0] for name in names] == ["right"] * 4 + ["left"] * 4
     assert [name.split("_", 1)[1] for name in names[:4]] == [name.split("_", 1)[1] for name in names[4:]]
+
+
+def is_tree(count: int, joints: list[tuple[int, int]]) -> bool:
+    """Return True if every link but one has one parent, and the way up from every link ends at that one."""
+    parents = {child: parent for parent, child in joints}
+    if len(joints) != len(parents) or len(parents) != count - 1:
+        return False
+    for link in range(count):
+        for _ in range(count):
+            link = parents.get(link, link)
+        if link in parents:
+            return False
+    return True
+
+
+@settings(max_examples=300)
+@given(count=st.integers(2, 6), data=st.data())
+def test_links_are_read_only_if_they_form_a_tree_and_the_reader_always_ends(count: int, data: st.DataObject):
+    ends = st.tuples(st.integers(0, count - 1), st.integers(0, count - 1))
+    joints = data.draw(st.lists(ends, min_size=count - 2, max_size=count))
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    text = "".join(f'<link name="{link}">{inertial}</link>' for link in range(count)) + "".join(
+        f'<joint name="j{number}" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
+        '<limit effort="1" velocity="1"/></joint>'
+        for number, (parent, child) in enumerate(joints)
+    )
+    robot = root_of(f"<robot name='o'>{text}</robot>", "o.urdf")
+    if is_tree(count, joints):
+        assert len(tree_of(robot, Path("o.urdf")).joints) == count - 1
+    else:
+        with pytest.raises(ModelError, match="not a tree"):
+            tree_of(robot, Path("o.urdf"))

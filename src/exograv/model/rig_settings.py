@@ -223,7 +223,10 @@ class Excitation(Settings):
     centre_deg: Degrees
     """Posture around which the machine moves."""
     source: Literal["own", "proposed", "designed"] = "own"
-    """Origin: the user, `exograv rig new` (which does not know the machine's task), or `exograv rig motion`."""
+    """Origin: the user, `exograv rig new` (which does not know the machine's task), or `exograv rig motion`.
+
+    A motion of `exograv rig new` is fitted into each `range_deg` when the file is read.
+    """
     sine_deg: Annotated[list[Degrees], Field(min_length=1)]
     cosine_deg: Annotated[list[Degrees], Field(min_length=1)]
     """Amplitudes of the cosines, a row per harmonic with an entry per joint."""
@@ -233,7 +236,7 @@ def written_out(data: dict[str, Any]) -> dict[str, Any]:
     """Return the content of a `rig.toml` without its short forms.
 
     [drives] gives its values to the joints that do not override them, `urdf.file` with `urdf.side` is the file of that
-    side, and a sweep without ends takes the middle of the joint's `range_deg`.
+    side, a sweep without ends takes the middle of the joint's `range_deg`, and a proposed excitation is fitted into it.
 
     Raises:
         ValueError: [drives] has a key that belongs to one joint or to none.
@@ -241,7 +244,7 @@ def written_out(data: dict[str, Any]) -> dict[str, Any]:
     urdf = data.get("urdf")
     if isinstance(urdf, dict) and set(urdf) == {"file", "side"} and urdf["side"] in ("right", "left", "both"):
         data = data | {"urdf": {urdf["side"]: urdf["file"]}}
-    return _with_sweep_ends(_with_drives(data))
+    return _with_fitted_excitation(_with_sweep_ends(_with_drives(data)))
 
 
 def _with_sweep_ends(data: dict[str, Any]) -> dict[str, Any]:
@@ -260,6 +263,38 @@ def _with_sweep_ends(data: dict[str, Any]) -> dict[str, Any]:
             case _:
                 sweeps.append(sweep)
     return data | {"calibration": plan | {"sweeps": sweeps}}
+
+
+EXCITATION_SHARE = 0.25
+"""Largest deviation of a proposed excitation from its centre, as a share of the joint's range."""
+
+
+def _with_fitted_excitation(data: dict[str, Any]) -> dict[str, Any]:
+    """Fit a proposed excitation into each `range_deg`, which is answered after the proposal was written."""
+    plan, actuators = data.get("excitation"), data.get("actuators")
+    if not isinstance(plan, dict) or plan.get("source") != "proposed" or not isinstance(actuators, list):
+        return data
+    keys = ("centre_deg", "sine_deg", "cosine_deg")
+    try:
+        centre, sine, cosine = (np.array(plan.get(key), float) for key in keys)
+    except (TypeError, ValueError):
+        return data
+    if not all(np.isfinite(part).all() for part in (centre, sine, cosine)):
+        return data
+    if sine.ndim != 2 or sine.shape != cosine.shape or not (centre.shape == sine.shape[1:] == (len(actuators),)):
+        return data
+    for i, one in enumerate(actuators):
+        match one.get("range_deg") if isinstance(one, dict) else None:
+            case [int() | float() as lower, int() | float() as upper] if lower < upper:
+                # The deviation from the centre is never larger than the sum of the harmonics' amplitudes.
+                size, most = np.hypot(sine[:, i], cosine[:, i]).sum(), EXCITATION_SHARE * (upper - lower)
+                share = min(1.0, most / size) if size else 1.0
+                sine[:, i], cosine[:, i] = share * sine[:, i], share * cosine[:, i]
+                centre[i] = np.clip(centre[i], lower + share * size, upper - share * size)
+            case _:
+                pass
+    fitted = {key: part.tolist() for key, part in zip(keys, (centre, sine, cosine), strict=True)}
+    return data | {"excitation": plan | fitted}
 
 
 SWEEP_MARGIN, SWEEP_DEG = 0.1, 90.0

@@ -6,7 +6,7 @@ It does not use the importers of MuJoCo or Pinocchio: the twin and the test orac
 import math
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,8 @@ from .tree import Frame, Joint, Matrix, Tree, Vector, inertia_about_origin, iner
 
 SIZE_MAX_BYTES = 1_000_000  # far above any exoskeleton's description; a larger file is a mistake or an attack
 NUMBER_MAX = 1e6  # no length, mass, inertia or limit of an exoskeleton in SI units is larger; products would overflow
+MESHES = "meshes"
+"""Attribute that a converter to URDF sets on a link without inertial: the meshes that hold its mass, not read."""
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
@@ -43,7 +45,8 @@ def tree_of(robot: ElementTree.Element, path: Path) -> Tree:
     refuse_faults(element_faults(robot, where))
     links = {_name(link, where): link for link in robot.findall("link")}
     joints = {_name(joint, where): joint for joint in robot.findall("joint")}
-    root = _root(links, joints, where)
+    moved = {_end(joint, "child", name, where) for name, joint in joints.items()}
+    root = next(link for link in links if link not in moved)
     return _Builder(where, links, joints).tree(robot.get("name", path.stem), root)
 
 
@@ -60,7 +63,7 @@ def refuse_faults(faults: list[str]) -> None:
 
 
 def element_faults(robot: ElementTree.Element, where: str) -> list[str]:
-    """Return all faults of single links and joints, one sentence each; those of the tree are found afterwards."""
+    """Return all faults of links, joints and the tree that they form, one sentence each."""
     faults: list[str] = []
 
     def read(part: Callable[[], object]) -> None:
@@ -87,7 +90,7 @@ def element_faults(robot: ElementTree.Element, where: str) -> list[str]:
             read(lambda joint=joint, name=name: _axis(joint, name, where))
         if kind in MOVING:
             read(lambda joint=joint, name=name, kind=kind: _limits(joint, name, kind, where))
-    return faults
+    return faults + _tree_faults(robot, where)
 
 
 def _repeated_names(robot: ElementTree.Element, where: str) -> list[str]:
@@ -170,21 +173,75 @@ def root_of(text: str, where: str) -> ElementTree.Element:
     return robot
 
 
-def _root(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], where: str) -> str:
-    parents: dict[str, str] = {}
-    for joint in joints.values():
-        parent, child = _ends(joint, links, where)
-        if child in parents:
-            raise ModelError(
-                f"{where} is not a tree: link '{child}' has the parents '{parents[child]}' and '{parent}'. "
-                "Cut the loop; cuffs and loops belong in rig.toml."
-            )
-        parents[child] = parent
-    roots = [link for link in links if link not in parents]
-    if len(roots) != 1:
-        found = ", ".join(roots) or "none (the links form a ring)"
-        raise ModelError(f"{where} is not a tree: one link must have no parent; found {found}. Connect or cut them.")
-    return roots[0]
+def _tree_faults(robot: ElementTree.Element, where: str) -> list[str]:
+    """Return all places at which the links are no tree: links with several parents, rings, and several roots.
+
+    Joints that name no link of the file are left out; they are faults of their own.
+    """
+    links = [name for name in (link.get("name", "") for link in robot.findall("link")) if name]
+    below: dict[str, list[tuple[str, str]]] = {link: [] for link in links}
+    ends = [
+        (joint.get("name", ""), _link_at(joint, "parent"), _link_at(joint, "child")) for joint in robot.findall("joint")
+    ]
+    for joint, parent, child in ends:
+        if parent in below and child in below:
+            below[parent].append((joint, child))
+    children = {child for rows in below.values() for _, child in rows}
+    roots = [link for link in links if link not in children]
+    rings = _rings(below, [*roots, *links])
+    faults = [
+        f"{where} is not a tree: joint '{joint}' leads back to '{ring[0]}'; the links form a ring: {', '.join(ring)}. "
+        "Cut it at one joint; cuffs and loops belong in rig.toml."
+        for joint, ring in rings.items()
+    ]
+    parents: dict[str, list[str]] = {}
+    for link, rows in below.items():
+        for joint, child in rows:
+            if joint not in rings:
+                parents.setdefault(child, []).append(link)
+    faults += [
+        f"{where} is not a tree: link '{child}' has the parents {' and '.join(repr(one) for one in several)}. "
+        "Cut the loop; cuffs and loops belong in rig.toml."
+        for child, several in parents.items()
+        if len(several) > 1
+    ]
+    # A joint that names no link leaves its child without a parent, which is no fault of its own.
+    is_connected = all(parent in below and child in below for _, parent, child in ends)
+    if (len(roots) > 1 and is_connected) or not links:
+        found = ", ".join(roots) or "none"
+        faults.append(f"{where} is not a tree: one link must have no parent; found {found}. Connect or cut them.")
+    return faults
+
+
+def _rings(below: dict[str, list[tuple[str, str]]], starts: list[str]) -> dict[str, list[str]]:
+    """Return the joints that lead from a link back to one that carries it, and the links of each such ring.
+
+    Args:
+        below: Joint and child of each joint on a link, by link.
+        starts: Links from which the rings are searched, in this order; every link is among them.
+    """
+    rings: dict[str, list[str]] = {}
+    done: set[str] = set()
+    for start in starts:
+        path: dict[str, Iterator[tuple[str, str]]] = {} if start in done else {start: iter(below[start])}
+        while path:
+            link = next(reversed(path))
+            joint, child = next(path[link], ("", ""))
+            if not child:
+                done.add(link)
+                del path[link]
+            elif child in path:
+                carriers = list(path)
+                rings[joint] = carriers[carriers.index(child) :]
+            elif child not in done:
+                path[child] = iter(below[child])
+    return rings
+
+
+def _link_at(joint: ElementTree.Element, end: str) -> str:
+    """Name of the link at an end of a joint; empty if the joint names none."""
+    element = joint.find(end)
+    return "" if element is None else element.get("link", "")
 
 
 class _Builder:
@@ -210,9 +267,6 @@ class _Builder:
             link, frame = self._child(joint_name, joint, self.frames[parent])
             self.frames[link] = frame
             pending += self._joints_of(link)
-        if len(self.frames) != len(self.links):
-            lost = ", ".join(link for link in self.links if link not in self.frames)
-            raise ModelError(f"{self.where} is not a tree: '{lost}' cannot be reached from '{root}'. Cut the ring.")
         if not self.joints:
             raise ModelError(f"{self.where} has no moving joint; it needs at least one. Check the joint types.")
         return self._checked(Tree(name, tuple(self.joints), tuple(self.bodies), np.array(self.phi), self.frames))
@@ -224,11 +278,15 @@ class _Builder:
         bare = [link for link in ends if self.links[link].find("inertial") is None and not self._carries_mass(link)]
         refuse_faults(
             [
-                f"{self.where}: link '{link}' moves but has no <inertial>. Give its mass, centre and inertia; "
-                "only links behind fixed joints may be massless."
+                f"{self.where}: link '{link}' moves but has no <inertial>{self._meshes(link)}. Give its mass, centre "
+                "and inertia; only links behind fixed joints may be massless."
                 for link in bare
             ]
         )
+
+    def _meshes(self, link: str) -> str:
+        meshes = self.links[link].get(MESHES)
+        return f"; meshes are not read, and its mass is in {meshes}" if meshes else ""
 
     def _joints_of(self, link: str) -> list[tuple[str, str, ElementTree.Element]]:
         """Joints on a link, in reversed order for the stack."""

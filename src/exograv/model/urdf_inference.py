@@ -50,6 +50,8 @@ class PlaceGuess:
 
 
 UNKNOWN = PlaceGuess(None, "")
+ONLY_JOINT = PlaceGuess("elbow", "assumed: the name of the only joint does not tell")
+"""Place of the only joint of a machine, if its name tells none: every kind of arm includes the elbow."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,8 @@ def _shoulder_axes(names: list[str]) -> int:
 def _places(names: list[str], upper_arm: Length | None) -> tuple[PlaceGuess, ...]:
     """Place of each joint by its name, otherwise by its position in a chain of shoulder, elbow and wrist."""
     named: list[Place | None] = [place_of(name) for name in names]
+    if named == [None]:
+        return (ONLY_JOINT,)
     by_position = _by_position(names, upper_arm)
     if any(one not in (None, other) for one, other in zip(named, by_position, strict=True)):
         by_position = [None] * len(names)  # This machine is built in another way.
@@ -209,8 +213,9 @@ def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
 
     None if the first offset between joints is not along one axis.
     """
+    first = place_of(tree.joints[joints[0]].name)
     # The first joint is no shoulder in a machine that begins at the elbow.
-    for i in joints if place_of(tree.joints[joints[0]].name) == "elbow" else joints[1:]:
+    for i in joints if first == "elbow" or (first is None and len(joints) == 1) else joints[1:]:
         p = tree.joints[i].p_parent_joint
         along = np.flatnonzero(np.abs(p) > SAME_M)
         if len(along) == 1:

@@ -1,11 +1,14 @@
 """Foreign files: exograv rig new takes any machine's file, leaves out what moves no arm, and says so."""
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from tests.foreign_machines import (
     ELBOW,
     ELBOW_AND_ROLL,
@@ -25,8 +28,10 @@ from tests.foreign_machines import (
 from exograv.errors import ConfigError, ModelError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
+from exograv.model.rig_settings import written_out
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
+from exograv.motion import fourier
 from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.design_motion import motion_note, write_excitation
 from exograv.procedures.machine_tools.new_rig import NewRig, new_rig
@@ -98,6 +103,24 @@ def test_a_foreign_machine_has_no_problem_after_few_answers(
     assert result.rank == result.human_dof
 
 
+@pytest.mark.usefixtures("without_picture")
+def test_the_only_joint_is_said_to_be_taken_as_the_elbow_if_its_name_tells_nothing(tmp_path: Path):
+    found = new(tmp_path, ONE_JOINT.replace('"elbow"', '"m1"').replace("elbow_orthosis", "machine_7"), side="right")
+    assert any("The only joint, m1, is taken as the elbow" in note for note in found.notes)
+    assert len(found.questions) <= 8
+    answered(found.folder, ELBOW)
+    assert check_rig(CheckOptions(str(found.folder)), tmp_path, lambda _text, _share: None).problems == []
+
+
+@pytest.mark.parametrize(("text", "names"), [(ONE_JOINT, ("wrist",)), (TWO_JOINTS, ("m1", "m2"))])
+def test_fewer_than_three_axes_are_not_said_to_be_the_first_three(text: str, names: tuple[str, ...], tmp_path: Path):
+    for old, new_name in zip(("elbow", "right_pronation_joint"), names, strict=False):
+        text = text.replace(f'"{old}"', f'"{new_name}"').replace(f'"right_{old}_joint"', f'"{new_name}"')
+    found = new(tmp_path, text, side="right")
+    comments = {question.key: question.comment for question in found.questions}
+    assert "its axes do not show this point" in comments["wearer.shoulder_centre"]
+
+
 def test_one_arm_of_a_two_armed_machine_with_legs_keeps_its_own_joints_only(tmp_path: Path):
     found = new(tmp_path, WHOLE_BODY, side="right")
     assert found.joints == NAMES
@@ -117,6 +140,34 @@ def test_arms_without_a_side_in_their_names_are_told_apart_by_their_place(tmp_pa
     others = ("J5", "J6", "J7", "J8")
     text = robot("exo", link("base"), arm("base", NUMBERS), arm("base", others, y=0.2))
     assert new(tmp_path, text, side="left").joints == others
+
+
+@pytest.mark.parametrize("side", [None, "both"])
+def test_two_arms_without_a_side_in_the_names_of_their_joints_are_never_read_as_one(side: str | None, tmp_path: Path):
+    text = robot("exo", link("base"), arm("base", NUMBERS), arm("base", ("J5", "J6", "J7", "J8"), y=0.2))
+    with pytest.raises(ConfigError, match=r"two arms.* J1 to J4 is taken as the right arm and J5 to J8.*--side right"):
+        new(tmp_path, text, side=side)
+    with pytest.raises(ConfigError, match="two arms"):
+        new(tmp_path, text, joints=("J1", "J2", "J3", "J4", "J5", "J6", "J7", "J8"))
+    assert not (tmp_path / "mine").exists()
+
+
+def test_two_arms_with_a_side_in_the_names_of_links_only_are_not_read_as_one(tmp_path: Path):
+    text = WHOLE_BODY
+    for number, name in enumerate(NAMES + LEFT):
+        text = text.replace(f'<joint name="{name}"', f'<joint name="J{number + 1}"')
+    with pytest.raises(ConfigError, match=r"J1 to J4 is taken as the right arm and J5 to J8 as the left"):
+        new(tmp_path, text)
+    assert new(tmp_path, text, side="left").joints == ("J5", "J6", "J7", "J8")
+
+
+@pytest.mark.parametrize("side", [None, "right"])
+def test_two_equal_chains_on_one_side_are_asked_about(side: str | None, tmp_path: Path):
+    others = ("J5", "J6", "J7", "J8")
+    text = robot("exo", link("base"), arm("base", NUMBERS), arm("base", others, y=-0.3))
+    with pytest.raises(ConfigError, match=r"2 chains of 4 joints that may be the arm: J1 to J4; J5 to J8.*--joints"):
+        new(tmp_path, text, side=side)
+    assert new(tmp_path, text, joints=others).joints == others
 
 
 def test_slides_and_fingers_are_fixed_and_keep_their_weight(tmp_path: Path):
@@ -185,6 +236,35 @@ def test_bones_that_the_machines_joint_moves_are_asked_about(tmp_path: Path):
     assert new(tmp_path, bones, wearer_links="keep").joints == ("r_elbow_flex",)
 
 
+def test_heavy_links_without_a_telling_name_are_pointed_out_and_left_out_by_their_names(tmp_path: Path):
+    unnamed = [part.replace("human_upper_arm", "body_17").replace("human_forearm", "body_18") for part in HUMAN]
+    hand = joint("mount_3", ("body_18", "body_19"), "0 0 -0.27", "0 0 1", kind="fixed")
+    text = robot("exo_right", link("base"), arm("base", NAMES), *unnamed, link("body_19", 0.4), hand)
+    said = "\n".join(new(tmp_path, text).notes)
+    assert "body_17 2.1 kg, body_18 1.65 kg, body_19 0.4 kg" in said
+    assert "--wearer-links body_17,body_18,body_19:" in said
+    options = NewRigOptions(tmp_path / "machine.urdf", tmp_path / "without", wearer_links="body_17,body_18,body_19")
+    found = new_rig(options)
+    assert "Left out as the wearer's, as answered: body_17 2.1 kg, body_18 1.65 kg, body_19 0.4 kg." in found.notes
+    answered(found.folder, FOUR)
+    assert tree_of(found.folder).phi[:, 0].sum() == pytest.approx(2.0 + 1.6 + 1.2 + 0.7)
+    with pytest.raises(ConfigError, match=r"--wearer-links names nothing; allowed: leave-out, keep, or links"):
+        new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "other", wearer_links="body_17,nothing"))
+
+
+@pytest.mark.parametrize(
+    ("carrier", "name", "mass"),
+    [("d_right_elbow", "elbow_motor", 1.5), ("d_right_elbow", "body", 0.6), ("b_right_elbow", "body", 1.5),
+     ("base", "body", 9.0)],
+)  # fmt: skip
+def test_a_drive_a_light_link_one_lighter_than_its_carrier_and_a_stand_are_no_part_of_a_person(
+    carrier: str, name: str, mass: float, tmp_path: Path
+):
+    mount = joint("mounting", (carrier, name), "0 0 0", "0 0 1", kind="fixed")
+    text = robot("exo_right", link("base", 3.0), arm("base", NAMES), link(name, mass), mount)
+    assert not any("--wearer-links" in note for note in new(tmp_path, text).notes)
+
+
 def test_links_of_a_human_arm_stay_if_they_are_the_machines(tmp_path: Path):
     text = robot("exo_right", link("base"), arm("base", NAMES), *HUMAN)
     found = new(tmp_path, text, wearer_links="keep")
@@ -207,6 +287,49 @@ def test_missing_limits_are_asked_for_and_the_answers_are_the_machines_limits(tm
     assert tree.joints[2].velocity == 3.0
 
 
+def test_an_effort_or_a_speed_of_zero_is_asked_for_with_the_name_of_its_joint(tmp_path: Path):
+    limits = {1: "-0.2 1.3 0 3", 2: "-1.2 1.2 30 0"}
+    found = new(tmp_path, robot("exo", link("base"), arm("base", NUMBERS, limits=limits)), side="right")
+    comments = {question.key: question.comment for question in found.questions}
+    assert comments["drives.torque_max_Nm"].endswith("the URDF gives none for J2")
+    assert comments["drives.speed_max_deg_s"].endswith("the URDF gives none for J3")
+
+
+@settings(max_examples=30)
+@given(lower=st.lists(st.floats(-170.0, 100.0), min_size=4, max_size=4), span=st.floats(2.0, 200.0))
+def test_the_proposed_excitation_stays_within_limits_that_are_answered_later(
+    lower: list[float], span: float, no_limits: str
+):
+    data = tomllib.loads(no_limits)
+    for one, low in zip(data["actuators"], lower, strict=True):
+        one["range_deg"] = [low, low + span]
+    plan = written_out(data)["excitation"]
+    centre, sine, cosine = (np.array(plan[key]) for key in ("centre_deg", "sine_deg", "cosine_deg"))
+    q = fourier(centre, sine, cosine, 20.0, 20.0, 0.02).q
+    assert (q >= np.array(lower) - 1e-9).all()
+    assert (q <= np.array(lower) + span + 1e-9).all()
+    assert np.ptp(q, axis=0).min() > 0.1 * min(span, 50.0)
+
+
+@pytest.fixture(scope="module")
+def no_limits(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Rig file of a machine whose file gives no limits."""
+    text = robot("exo", link("base"), arm("base", NUMBERS, limits=dict.fromkeys(range(4), "")))
+    return (new(tmp_path_factory.mktemp("rig"), text, side="right").folder / "rig.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("without_picture")
+def test_an_excitation_beyond_the_limits_names_the_command_that_designs_another(tmp_path: Path):
+    found = new(tmp_path, ONE_ARM)
+    answered(found.folder, FOUR)
+    path = found.folder / "rig.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r"\ncentre_deg = \[[^,]*", "\ncentre_deg = [120.0", text), encoding="utf-8")
+    problems = check_rig(CheckOptions(str(found.folder)), tmp_path, lambda _text, _share: None).problems
+    assert len(problems) == 1
+    assert f"`exograv rig motion {found.folder} --write`" in problems[0]
+
+
 def test_a_floating_base_and_a_torso_stand_still(tmp_path: Path):
     floating = '<joint name="float" type="floating"><parent link="world"/><child link="pelvis"/></joint>'
     text = WHOLE_BODY.replace("</robot>", link("world") + floating + "</robot>")
@@ -221,6 +344,15 @@ def test_all_faults_of_a_file_are_said_at_once(tmp_path: Path):
     with pytest.raises(ModelError) as caught:
         new(tmp_path, text)
     for part in ("weighs -2.0 kg", "effort is 'x'", "xyz is '0 0 nan'", "type 'screw'"):
+        assert part in str(caught.value)
+
+
+def test_a_ring_of_links_is_said_with_all_other_faults_and_the_search_ends(tmp_path: Path):
+    back = joint("back", ("d_right_elbow", "a_right_elbow"), "0 0 0", "0 0 1", kind="fixed")
+    text = ONE_ARM.replace("</robot>", back + link("loose", 1.0) + "</robot>").replace('value="2.0"', 'value="-2"')
+    with pytest.raises(ModelError) as caught:
+        new(tmp_path, text)
+    for part in ("weighs -2.0 kg", "joint 'back' leads back to 'a_right_elbow'", "found base, loose"):
         assert part in str(caught.value)
 
 

@@ -12,8 +12,8 @@ from exograv.files import PARTIAL
 from exograv.model.completed_urdf import completed_urdf
 from exograv.model.open_questions import Question, open_questions
 from exograv.model.tree import Tree
-from exograv.model.urdf import tree_of
-from exograv.model.urdf_inference import arms, side_of
+from exograv.model.urdf import MESHES, tree_of
+from exograv.model.urdf_inference import ONLY_JOINT, arms, side_of
 
 from .foreign_file import prepare
 from .foreign_file.frames import add_frames, base_at_shoulder, carry_by_body
@@ -61,6 +61,8 @@ def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
     closing = donning_posture(tree, known) if len(known) == len(found) else None
     draft = Draft(tree, found, options.side or side_of(tree), missing, rotors, closing)
     text = rig_text(draft, folder.name, file.name)
+    for link in robot.findall("link"):
+        link.attrib.pop(MESHES, None)
     ElementTree.indent(robot)
     urdf = ElementTree.tostring(robot, encoding="unicode", xml_declaration=False) + "\n"
     try:
@@ -79,6 +81,12 @@ def _with_frames(robot: ElementTree.Element, file: Path, missing: Mapping[str, s
     """Add the frames that the file lacks, and let each adjustable length be one coordinate of a joint."""
     tree = _tree(robot, file, missing)
     found = arms(tree)
+    notes: list[str] = []
+    if found[0].places == (ONLY_JOINT,):
+        notes = [
+            f"The only joint, {tree.joint_names[0]}, is taken as the elbow. If it is not, put shoulder or wrist into "
+            "its name and repeat."
+        ]
     if len(found) == 1 and found[0].places[0].place == "elbow":
         geometry = arm_geometry(tree, found[0])
         if geometry is not None:
@@ -89,7 +97,7 @@ def _with_frames(robot: ElementTree.Element, file: Path, missing: Mapping[str, s
         if arm.upper_arm is not None:
             carry_by_body(robot, tree, arm.upper_arm.joint)
     tree = _tree(robot, file, missing)
-    return add_frames(robot, tree, arms(tree))
+    return notes + add_frames(robot, tree, arms(tree))
 
 
 def _write(folder: Path, files: Mapping[str, str]) -> None:

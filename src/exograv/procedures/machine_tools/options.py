@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import tyro
 
@@ -41,8 +41,9 @@ class NewRigOptions:
     """Arm that the machine is for; taken from the names in the file if not given. In a file with two arms, the arm that
     is written."""
 
-    wearer_links: Literal["leave-out", "keep"] | None = None
-    """Answer for links that look like a human arm: leave them out as the wearer's, or keep them as the machine's."""
+    wearer_links: str | None = None
+    """Answer for links that look like a human arm: leave-out if they are the wearer's, keep if they are the machine's,
+    or the names of the wearer's links, separated by commas."""
 
     joints: Annotated[Sequence[str], words(lambda text: tuple(text.split(",")))] = ()
     """Joints that move the arm, separated by commas, in place of the inferred ones; every other joint is fixed."""

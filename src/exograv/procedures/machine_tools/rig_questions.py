@@ -8,7 +8,7 @@ import numpy as np
 from exograv.files import toml_value
 from exograv.model.limb import FREEDOMS
 from exograv.model.open_questions import MARK
-from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, sweep_ends
+from exograv.model.rig_settings import EXCITATION_SHARE, FREEDOMS_OF_ARM, HAND_APART, ArmKind, sweep_ends
 from exograv.model.tree import Joint, Tree
 from exograv.model.urdf_inference import PLACED, UNKNOWN, ArmGuess, PlaceGuess
 from exograv.options import Side
@@ -43,8 +43,8 @@ efficiency = 0.75  # [-] typical of a harmonic drive; 0.9 of a quasi-direct one.
 KP_MAX = 80.0  # N·m/rad: a wrong model moves the joint by some degrees, and the wearer can push it away
 PERIOD_S, HARMONICS = 20.0, 5
 ROUNDING_DEG = 0.6  # of ten amplitudes and a centre, each rounded to 0.1°
-EXCITATION_SHARE, EXCITATION_DEG = 0.25, 25.0
-"""Largest deviation of a proposed excitation from its centre: a share of the joint's range, and [°]."""
+EXCITATION_DEG = 25.0
+"""Largest deviation of a proposed excitation from its centre [°]."""
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,11 @@ def _centre(arm: ArmGuess) -> str:
         return f"{toml_value(arm.shoulder_centre)}  # {where}"
     what = "link, fixed to the base, where the machine has the wearer's shoulder"
     if arm.meeting is None:
-        axes = "two shoulder axes" if arm.shoulder_axes == 2 else "first three axes"
-        return f'"?"  # {what}; the {axes} do not meet in a point. Add such a link to the URDF if there is none'
+        why = "its axes do not show this point"
+        if arm.shoulder_axes:
+            axes = "two shoulder axes" if arm.shoulder_axes == 2 else "first three axes"
+            why = f"the {axes} do not meet in a point"
+        return f'"?"  # {what}; {why}. Add such a link to the URDF if there is none'
     x, y, z = arm.meeting
     return f'"?"  # {what}; {arm.meets}: at {x:.4g} {y:.4g} {z:.4g} in the base. Add such a link there'
 
@@ -200,11 +203,16 @@ def _drives(draft: Draft) -> str:
     lines = DRIVES
     if all(joint.name in draft.rotors for joint in draft.tree.joints):
         lines = "".join(line for line in DRIVES.splitlines(keepends=True) if not line.startswith("rotor_inertia"))
-    if any(draft.lacks(joint, "effort") for joint in draft.tree.joints):
-        lines += 'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive, where the URDF gives none\n'
-    if any(draft.lacks(joint, "velocity") for joint in draft.tree.joints):
-        lines += 'speed_max_deg_s = "?"  # °/s at the joint, where the URDF gives no largest speed\n'
+    if weak := _lacking(draft, "effort"):
+        lines += f'torque_max_Nm = "?"  # N·m at the joint: peak torque of the drive; the URDF gives none for {weak}\n'
+    if slow := _lacking(draft, "velocity"):
+        lines += f'speed_max_deg_s = "?"  # °/s at the joint: largest speed; the URDF gives none for {slow}\n'
     return lines
+
+
+def _lacking(draft: Draft, key: str) -> str:
+    """Names of the joints whose limit the file lacks, or gives as zero; empty if there are none."""
+    return ", ".join(joint.name for joint in draft.tree.joints if draft.lacks(joint, key))
 
 
 def _actuator(draft: Draft, joint: Joint, place: PlaceGuess) -> str:
@@ -310,9 +318,11 @@ def _excitation(draft: Draft) -> str:
         name: (size / HARMONICS * wave(phase)).round(1).tolist()
         for name, wave in (("sine", np.sin), ("cosine", np.cos))
     }
+    is_asked = any(draft.lacks(joint, "lower", "upper") for joint in draft.tree.joints)
+    fitted = "# It is fitted into each range_deg above when the file is read.\n" if is_asked else ""
     return (
         "# The motion that identifies the arm: small, not designed for this machine. `exograv rig motion` designs it.\n"
-        f'[excitation]\nsource = "proposed"\nperiod_s = {PERIOD_S}\ncentre_deg = {centre.tolist()}\n'
+        f'{fitted}[excitation]\nsource = "proposed"\nperiod_s = {PERIOD_S}\ncentre_deg = {centre.tolist()}\n'
         f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"
     )
 

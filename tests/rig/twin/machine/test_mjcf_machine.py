@@ -37,6 +37,7 @@ ARM = """<mujoco model="exo_right">
 def test_an_mjcf_without_its_meshes_becomes_a_machine_with_the_same_weight(tmp_path: Path):
     path = written(tmp_path, ARM, "machine.xml")
     found = new_rig(NewRigOptions(path, tmp_path / "mine"), urdf_of_mjcf)
+    assert "meshes" not in (found.folder / "machine.urdf").read_text(encoding="utf-8")
     answered(found.folder, FOUR)
     tree = read_exoskeleton(load_rig(str(found.folder)))
     bare = ARM.replace('<geom type="mesh" mesh="shell"/>', "").replace('<mesh name="shell" file="missing.stl"/>', "")
@@ -62,10 +63,19 @@ def test_the_inertia_of_a_rotor_in_an_mjcf_is_not_asked_for(tmp_path: Path):
     assert [one.rotor_inertia_kgm2 for one in actuators] == [0.081] * 4
 
 
-def test_a_body_whose_mass_is_in_a_missing_mesh_is_a_fault_with_its_name(tmp_path: Path):
+@pytest.mark.parametrize("mass", ["", ' mass="0.6"'])
+def test_a_body_whose_mass_is_in_a_missing_mesh_is_a_fault_with_the_names_of_both(mass: str, tmp_path: Path):
     geom = '<geom type="capsule" fromto="0 -0.03 0 0 -0.03 -0.22" size="0.02" mass="0.6"/>'
-    path = written(tmp_path, ARM.replace(geom, '<geom type="mesh" mesh="shell"/>'), "machine.xml")
-    with pytest.raises(ModelError, match="link 's4' moves but has no <inertial>"):
+    path = written(tmp_path, ARM.replace(geom, f'<geom type="mesh" mesh="shell"{mass}/>'), "machine.xml")
+    said = r"link 's4' moves but has no <inertial>; meshes are not read, and its mass is in 'shell' \(missing.stl\)"
+    with pytest.raises(ModelError, match=said):
+        new_rig(NewRigOptions(path, tmp_path / "mine"), urdf_of_mjcf)
+
+
+def test_a_mesh_without_mass_is_not_said_to_hold_the_mass_of_its_body(tmp_path: Path):
+    geom = '<geom type="capsule" fromto="0 -0.03 0 0 -0.03 -0.22" size="0.02" mass="0.6"/>'
+    path = written(tmp_path, ARM.replace(geom, '<geom type="mesh" mesh="shell" mass="0"/>'), "machine.xml")
+    with pytest.raises(ModelError, match=r"link 's4' moves but has no <inertial>\. Give its mass"):
         new_rig(NewRigOptions(path, tmp_path / "mine"), urdf_of_mjcf)
 
 

@@ -102,9 +102,13 @@ def _examine_angles(description: RigDescription, tree: Tree, findings: CheckFind
             lower, upper = np.rad2deg([joint.lower, joint.upper])
             if low < lower or high > upper:
                 within = within and what not in ("donning", "task_workspace")
+                is_motion = what == "excitation"
+                step = (
+                    f" `exograv rig motion {description.folder} --write` designs one within them." if is_motion else ""
+                )
                 findings.problem(
                     f"{what} takes '{joint.name}' from {low:.1f} to {high:.1f}°; its limits are {lower:.1f} to "
-                    f"{upper:.1f}°. Stay within them."
+                    f"{upper:.1f}°. Stay within them.{step}"
                 )
     return within
 

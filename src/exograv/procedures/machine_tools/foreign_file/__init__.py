@@ -5,10 +5,10 @@ import xml.etree.ElementTree as ElementTree
 from exograv.errors import ConfigError
 from exograv.options import Side
 
-from .arm_joints import ArmJoints, arm_joints
+from .arm_joints import ArmJoints, arm_joints, refuse_unnamed_arms
 from .fixing import keep_joints
 from .links import Links
-from .wearer_links import examine_wearer_links
+from .wearer_links import examine_wearer_links, heavy_links, heavy_links_note
 
 
 def prepare(
@@ -19,11 +19,12 @@ def prepare(
     Args:
         robot: Root element of a URDF without faults, changed in place.
         side: Arm to keep; both if None.
-        wearer_links: Answer to the question for links of a human arm: "leave-out", "keep" or None.
+        wearer_links: Answer to the question for links of a human arm: "leave-out", "keep", names of links, or None.
         joints: Joints that move the arm, in place of the inferred ones.
 
     Raises:
-        ConfigError: Links look like a human arm and nothing says what they are, or no joint is left.
+        ConfigError: Links look like a human arm and nothing says what they are, no joint is left, or the sides of two
+            arms are not told.
     """
     notes = examine_wearer_links(robot, wearer_links)
     links = Links(robot)
@@ -35,4 +36,7 @@ def prepare(
         raise ConfigError(
             f"No joint of the file moves an arm of the {side or 'machine'} ({reasons}). Name its joints with --joints."
         )
-    return notes + keep_joints(robot, links, found)
+    refuse_unnamed_arms(links, found.kept)
+    heavy = heavy_links(links) if wearer_links in (None, "leave-out") else []
+    notes += keep_joints(robot, links, found)
+    return notes + heavy_links_note(robot, heavy)

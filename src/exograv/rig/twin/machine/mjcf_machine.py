@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ModelError
+from exograv.model.urdf import MESHES
 from exograv.model.urdf_writer import roll_pitch_yaw, words
 
 KINDS = {mujoco.mjtJoint.mjJNT_HINGE: "revolute", mujoco.mjtJoint.mjJNT_SLIDE: "prismatic"}
@@ -35,11 +36,21 @@ def urdf_of_mjcf(path: Path) -> str:
     return _Urdf(model, massless).text(spec.modelname or path.stem)
 
 
-def _without_files(spec: mujoco.MjSpec) -> set[str]:
-    """Remove everything that needs another file. Return the bodies whose mass is lost by it, by name."""
+def _without_files(spec: mujoco.MjSpec) -> dict[str, str]:
+    """Remove everything that needs another file.
+
+    Return the bodies without mass by name, with the meshes that held their mass; empty if there were none.
+    """
     for number, body in enumerate(spec.bodies):
         body.name = body.name or f"body_{number}"
+    files = {mesh.name or Path(mesh.file).stem: Path(mesh.file).name for mesh in spec.meshes}
+    meshes: dict[str, list[str]] = {}
     for geom in spec.geoms:
+        # The mass of a geom is NaN if its density gives it, and zero for a mesh that is only shown.
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH and (geom.density if np.isnan(geom.mass) else geom.mass) > 0.0:
+            mesh = geom.meshname
+            shown = f"'{mesh}' ({files[mesh]})" if files.get(mesh) else f"'{mesh}'"
+            meshes.setdefault(geom.parent.name, []).append(shown)
         if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, [1e-3, 0.0, 0.0]
             geom.meshname, geom.hfieldname, geom.mass, geom.density = "", "", 0.0, 0.0
@@ -48,10 +59,10 @@ def _without_files(spec: mujoco.MjSpec) -> set[str]:
         for element in list(kind):
             spec.delete(element)
     # Actuators stay for their limits of torque.
-    massless = set()
+    massless: dict[str, str] = {}
     for body in spec.bodies[1:]:
         if not body.explicitinertial and not any(geom.mass > 0.0 or geom.density > 0.0 for geom in body.geoms):
-            massless.add(body.name)
+            massless[body.name] = " and ".join(dict.fromkeys(meshes.get(body.name, [])))
             body.explicitinertial, body.mass, body.inertia = True, MASS_LEAST, [INERTIA_LEAST] * 3
             body.ipos = np.zeros(3)
     return massless
@@ -60,7 +71,7 @@ def _without_files(spec: mujoco.MjSpec) -> set[str]:
 class _Urdf:
     """Writer of one model; the frame of each link lies at the anchor of its last joint."""
 
-    def __init__(self, model: mujoco.MjModel, massless: set[str]):
+    def __init__(self, model: mujoco.MjModel, massless: dict[str, str]):
         self._model, self._massless = model, massless
         self._anchor: dict[int, Vector] = {0: np.zeros(3)}
         self._robot = ElementTree.Element("robot")
@@ -156,7 +167,10 @@ class _Urdf:
 
     def _inertial(self, link: ElementTree.Element, body: int, anchor: Vector) -> None:
         model = self._model
-        if model.body(body).name in self._massless or model.body_mass[body] <= 0.0:
+        meshes = self._massless.get(model.body(body).name)
+        if meshes:
+            link.set(MESHES, meshes)
+        if meshes is not None or model.body_mass[body] <= 0.0:
             return
         inertial = ElementTree.SubElement(link, "inertial")
         R = _rotation(model.body_iquat[body])
