@@ -11,7 +11,7 @@ from exograv.identification.machine_twin.friction_laws import TWIN_PER_JOINT
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
-from exograv.procedures.machine_twin.fit_command import copy_machine
+from exograv.procedures.machine_twin.machine_folder import copy_machine
 from exograv.storage.calibration_file import identity_of
 from exograv.storage.sealed_file import sealed
 from exograv.storage.twin_file import (

@@ -11,7 +11,8 @@ from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import load_rig
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
-from exograv.procedures.machine_twin.fit_command import copy_machine, stored_twin
+from exograv.procedures.machine_twin.fit_command import stored_twin
+from exograv.procedures.machine_twin.machine_folder import copy_machine
 from exograv.procedures.machine_twin.read_motions import read_motions
 from exograv.signals import Joints
 from exograv.storage.twin_file import NAME, write_twin

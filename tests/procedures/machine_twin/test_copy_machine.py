@@ -10,7 +10,7 @@ import pytest
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig, robots_folder
 from exograv.model.tree import inertial_parameters
-from exograv.procedures.machine_twin.fit_command import copy_machine
+from exograv.procedures.machine_twin.machine_folder import copy_machine
 from exograv.rig.twin import Disturbances, draw_machine
 from exograv.rig.twin.machine.machine_bodies import machine_spec
 

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
+from .empty_machine import CHANGE_SD
 from .empty_prior import OFFSET_SD, TILT_SD, WEIGHT_SD, EmptyLayout, EmptyPrior, data_sheet_prior
 
 AFRESH = ("ripple_sine", "ripple_cosine", "coulomb_warming", "viscous_warming")
@@ -18,14 +19,16 @@ AFRESH = ("ripple_sine", "ripple_cosine", "coulomb_warming", "viscous_warming")
 GAIN_CHANGE = 0.01
 """Standard deviation of the change of a gain since the recordings [-]: magnets weaken by 3 % when they get warm."""
 
-FRICTION_CHANGE, ROTOR_CHANGE = 0.3, 0.02
-"""Standard deviation of the changes of friction and of the rotor's inertia, as shares [-]. Friction: as in a check."""
+ROTOR_CHANGE = 0.02
+"""Standard deviation of the change of the rotor's inertia, as a share [-]. Assumed: it does not change, but gears and
+couplings are exchanged."""
 
 LOAD_SHARE_CHANGE, BREAKAWAY_CHANGE, LOG_V_CHANGE = 0.01, 0.1, 0.3
-"""Standard deviations of the changes of load share, breakaway ratio and logarithm of the Stribeck speed [-]."""
+"""Standard deviations of the changes of load share, breakaway ratio and logarithm of the Stribeck speed [-].
+Assumed."""
 
 LINK_SHARE = 0.5
-"""Standard deviation of a link's change, over that of a link against its drawing [-]: parts are exchanged."""
+"""Standard deviation of a link's change, over that of a link against its drawing [-]: parts are exchanged. Assumed."""
 
 
 def twin_prior(
@@ -56,10 +59,10 @@ def twin_prior(
     coulomb = np.abs(value[own.of("coulomb")])
     changes = {
         "inverse_gain": GAIN_CHANGE * value[own.of("inverse_gain")],
-        "coulomb": FRICTION_CHANGE * coulomb,
-        "viscous": FRICTION_CHANGE * np.abs(value[own.of("viscous")]),
+        "coulomb": CHANGE_SD * coulomb,
+        "viscous": CHANGE_SD * np.abs(value[own.of("viscous")]),
         "load_share": LOAD_SHARE_CHANGE,
-        "asymmetry": FRICTION_CHANGE * np.hypot(value[own.of("asymmetry")], 0.1 * coulomb),
+        "asymmetry": CHANGE_SD * np.hypot(value[own.of("asymmetry")], 0.1 * coulomb),
         "rotor": ROTOR_CHANGE * value[own.of("rotor")],
         "breakaway": BREAKAWAY_CHANGE,
         "log_v_stribeck": LOG_V_CHANGE,

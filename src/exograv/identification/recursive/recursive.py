@@ -96,7 +96,7 @@ class _Motion:
     """Displacements of the shoulder's centre by the errors of its path at each sample [m]."""
 
     def take(self, sample: Sample) -> None:
-        """Append a sample."""
+        """Add the next sample of the motion."""
         self.samples.append(sample)
         if self.discrepancy is not None:
             self.errors.append(self.discrepancy.errors_of_joint(sample.q, sample.v))

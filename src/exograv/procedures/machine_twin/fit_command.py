@@ -1,8 +1,7 @@
 """`exograv twin fit`: the twin of a machine from recordings of the empty machine, as a folder with `twin.toml`."""
 
-import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,10 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import __version__
-from exograv.errors import ConfigError, IdentificationError
 from exograv.identification.calibration.empty_machine import calibration_of
 from exograv.identification.machine_twin.axis_inertia import axis_inertia
-from exograv.identification.machine_twin.drive_response import SURE_PERIOD_S
 from exograv.identification.machine_twin.friction_laws import LAWS
 from exograv.identification.machine_twin.gain_temperature import GainByTemperature
 from exograv.identification.machine_twin.machine_fit import MachineFit, fit_machine
@@ -51,7 +48,9 @@ from exograv.storage.twin_file import (
     write_twin,
 )
 
+from .fit_checks import fit_warnings, refuse_reversed_currents
 from .further_motion import MOTION, further_motion, write_further_motion
+from .machine_folder import copy_machine
 from .options import TwinFitOptions
 from .read_motions import ReadRecording, read_motions
 from .worn_cuffs import WORN_LEAST_S, WornCuffs, worn_cuffs
@@ -61,11 +60,6 @@ DIGITS = 9
 
 REPORT = "twin_{rig}.html"
 """Name of the page of a fit."""
-
-RECORDED = frozenset(
-    {".mcap", ".csv", ".tsv", ".parquet", ".db3", ".html", ".json", ".jsonl", ".png", ".svg", ".pickle"}
-)
-"""Endings of recordings and reports, which do not describe a machine."""
 
 Progress = Callable[[str, float], None]
 
@@ -128,50 +122,6 @@ def fit_and_write(
     report = write_twin_report(figures, out / REPORT.format(rig=description.name))
     progress("The twin is fitted", 1.0)
     return TwinFitResult(figures, folder, whole.content_sha256, report, round(time.perf_counter() - start, 2))
-
-
-def copy_machine(description: RigDescription, folder: Path) -> None:
-    """Copy the folder of a machine, without its twin, recordings and reports.
-
-    A URDF beside the machine's folder is copied beside `folder`, because the file and its name belong to the machine's
-    hash.
-
-    Raises:
-        ConfigError: A URDF is farther away, or another file has its place.
-    """
-    source = description.folder
-    if folder.exists() and folder.samefile(source):
-        return
-    into = folder.resolve()
-    for path in _own_files(source, into):
-        to = folder / path.relative_to(source)
-        to.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, to)
-    urdf = description.settings.urdf
-    for name in (str(getattr(urdf, side)) for side in urdf.sides):
-        path, to = source / name, (folder / name).resolve()
-        if Path(name).is_absolute() or not path.is_file() or to.is_relative_to(into):
-            continue
-        if not to.is_relative_to(into.parent):
-            raise ConfigError(
-                f"{source / 'rig.toml'} names the URDF '{name}', which is too far from its folder to be copied with "
-                "it. Put the URDF into the folder of rig.toml, and give its new name there."
-            )
-        if to.exists() and to.read_bytes() != path.read_bytes():
-            raise ConfigError(f"The URDF '{name}' has to be copied to {to}, where another file is. Give another --out.")
-        to.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, to)
-
-
-def _own_files(source: Path, into: Path) -> Iterator[Path]:
-    """Files of a machine's folder that describe it, without those of the folder that contains the copy."""
-    for path in sorted(source.iterdir()):
-        if path.name.startswith(".") or into.is_relative_to(path.resolve()):
-            continue
-        if path.is_dir():
-            yield from _own_files(path, into)
-        elif path.name != NAME and path.suffix.lower() not in RECORDED:
-            yield path
 
 
 def stored_twin(
@@ -349,7 +299,7 @@ def _figures(
         gain_by_temperature=_warm_gains(description, found.warmth),
         bandwidth_Hz=[value if np.isfinite(value) else None for value in response.bandwidth_Hz.tolist()],
         cuffs=[] if cuffs is None else _cuff_figures(cuffs),
-        warnings=_warnings(description, found, recordings) + _worn(recordings, cuffs),
+        warnings=fit_warnings(description, found, recordings) + _worn(recordings, cuffs),
         further_motion=further_motion(description, found, axes),
         designed_motion=motion,
     )
@@ -403,66 +353,6 @@ def _parameters(description: RigDescription, found: MachineFit) -> list[FittedPa
     return rows
 
 
-def refuse_reversed_currents(description: RigDescription, found: MachineFit) -> None:
-    """Refuse a fit in which a motor drives its joint backwards.
-
-    Raises:
-        IdentificationError: The gain of a joint is not positive.
-    """
-    gains = found.fit.theta[found.fit.prior.layout.of("inverse_gain")].tolist()
-    for joint, inverse in zip(description.joints, gains, strict=True):
-        if inverse <= 0.0:
-            raise IdentificationError(
-                f"The current of joint '{joint}' and its position have opposite signs: torque per current comes out "
-                "negative. Reverse the sign of one of the two columns in the recording."
-            )
-
-
-def _warnings(description: RigDescription, found: MachineFit, recordings: tuple[ReadRecording, ...]) -> list[str]:
-    told = _surprising_gains(description, found)
-    for joint, over in zip(description.joints, found.validation.over_noise.tolist(), strict=True):
-        if over > WRONG_OVER_NOISE:
-            told.append(
-                f"The residual of joint '{joint}' on the held-out part is {over:.1f} times its noise: this is no fit. "
-                "Check the units of all columns (rad, A or N·m, s, kg), the signs and order of the joints, the machine "
-                "of the recording, and the weights."
-            )
-        elif over > OVER_NOISE_MAX:
-            told.append(
-                f"The residual of joint '{joint}' on the held-out part is {over:.2f} times its noise; the law of "
-                "friction may be another, a part may rub, or a weight is not stated."
-            )
-    motions = [one for recording in recordings for one in recording.motions if not one.has_all_commands]
-    slowest_s = max((one.period_s for one in motions), default=0.0)
-    if slowest_s > SURE_PERIOD_S and np.isfinite(found.response.delay_s):
-        told.append(
-            f"A recording has rows {1e3 * slowest_s:.3g} ms apart, and may lack commands between them: the delay is "
-            "uncertain by this time. Record each command, or at 500 Hz or faster."
-        )
-    if found.response.delay_spread > SPREAD_MAX:
-        told.append(
-            f"The delays of the joints differ by {found.response.delay_spread:.1f} standard deviations: the twin has "
-            "one delay for all, with a wider interval."
-        )
-    return told
-
-
-def _surprising_gains(description: RigDescription, found: MachineFit) -> list[str]:
-    """Name the joints whose torque per current is far from the data sheet."""
-    prior, told = found.fit.prior, list[str]()
-    place = prior.layout.of("inverse_gain")
-    columns = (prior.mean[place], np.sqrt(np.diag(prior.covariance)[place]), found.fit.theta[place])
-    for joint, *values in zip(description.joints, *(one.tolist() for one in columns), strict=True):
-        before, sd, now = values
-        if abs(now - before) > SURPRISE_SD * sd:
-            told.append(
-                f"The torque per current of joint '{joint}' is {before / now:.2g} times that of the data sheet, "
-                f"{abs(now - before) / sd:.0f} standard deviations away. Check the unit of its current (A), the "
-                "machine of the recording, and torque_constant_Nm_per_A and gear_ratio in rig.toml."
-            )
-    return told
-
-
 def _cuff_figures(cuffs: WornCuffs) -> list[CuffFigures]:
     rows = zip(("translation", "rotation"), cuffs.mean.tolist(), cuffs.sd.tolist(), cuffs.learned.tolist(), strict=True)
     return [
@@ -484,16 +374,3 @@ def _worn(recordings: tuple[ReadRecording, ...], cuffs: WornCuffs | None) -> lis
         f"{seconds:.0f} s with an arm in the machine are left out. The cuffs are not fitted, because no identification "
         f"of an arm of {WORN_LEAST_S:g} s or more is among them: in the twin they are those of any machine."
     ]
-
-
-SURPRISE_SD = 4.0
-"""Distance of a gain from the data sheet's from which units and machine are in doubt [standard deviations]."""
-
-WRONG_OVER_NOISE = 5.0
-"""Residual on the held-out part over the noise from which units and signs are in doubt [-]."""
-
-OVER_NOISE_MAX = 1.2
-"""Largest residual on the held-out part over the noise without a warning [-]."""
-
-SPREAD_MAX = 3.0
-"""Largest disagreement of the joints' delays without a warning, in standard deviations [-]."""

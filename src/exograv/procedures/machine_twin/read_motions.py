@@ -197,6 +197,7 @@ def _read(
     else:
         columns = _of_exograv(description, path)
     if weight is not None:
+        refuse_wrong_mass(path, np.array([weight[1]]))
         columns.hung[:] = hung_row(description, *weight)
     _refuse_degrees(path, columns.q)
     pieces = _pieces(path, columns) if len(columns.t) else ()
