@@ -14,6 +14,7 @@ import pytest
 from tests.preloaded import exograv
 from tests.waiting import wait_until
 
+from exograv.experiment.train.lockstep_screen import AWAKE_S
 from exograv.recording import Recording, read_recording
 from exograv.task.allocation import Group, draw_list, group_of
 from exograv.task.protocol import FOLDER
@@ -23,6 +24,9 @@ SEED = 1014
 
 WINDOW_S, TOUCHES = 8.0, 3
 TWO_WINDOWS_S = 7.0 + 2 * WINDOW_S + 12.0 + 6.0
+LONG_REST_S = 40.0
+"""Rest of which a part passes without ticks."""
+
 WAIT_S = 240.0
 """Time-out for a run to reach its interruption on a busy machine."""
 
@@ -101,6 +105,39 @@ def test_a_machine_without_motors_gives_no_torque_and_is_recorded_without_gap(
     assert not ticks["tau_commanded"].any()
     assert ticks["t"][-1] - ticks["t"][0] >= TWO_WINDOWS_S - 1.0
     np.testing.assert_array_equal(np.diff(ticks["sequence"]), 1)
+
+
+def test_rests_that_pass_leave_windows_and_clock_as_they_are_and_cost_no_ticks(tmp_path: Path):
+    found = dict[bool, tuple[dict[str, Any], Recording]]()
+    for is_whole in (False, True):
+        folder = tmp_path / str(is_whole)
+        folder.mkdir()
+        words = "--protocol", str(short(folder, rest_s=LONG_REST_S)), "--rig", "recupera_like_passive"
+        result = trained(folder, *words, *(("--whole-rests",) if is_whole else ()))
+        found[is_whole] = result, read_recording(Path(result["recording"]))
+    (passed, recording), (whole, recording_whole) = found[False], found[True]
+    assert passed["session_s"] == pytest.approx(whole["session_s"], abs=1e-6)
+    assert whole["simulated_s"] == whole["session_s"]
+    opened, opened_whole = (
+        [one["t"] for one in records(each, "window_opened")] for each in (recording, recording_whole)
+    )
+    np.testing.assert_allclose(opened, opened_whole, atol=0.03)
+    steps = np.diff(recording.ticks["t"])
+    assert steps.max() > LONG_REST_S - 16.0
+    assert (steps > 0.0015).sum() == 1  # only the rest between the windows is long enough
+    np.testing.assert_array_equal(np.diff(recording.ticks["sequence"]), 1)
+    assert passed["session_s"] - passed["simulated_s"] == pytest.approx(steps.max() - 0.001, abs=1e-6)
+    awake = recording.ticks["t"][np.argmax(steps) + 1]
+    assert opened[1] - awake == pytest.approx(AWAKE_S, abs=0.03)
+    assert passed["touches"] >= 2 * (TOUCHES - 1)
+
+
+@pytest.mark.slow
+def test_a_session_whose_rest_passed_replays_to_the_last_bit(tmp_path: Path):
+    protocol = str(short(tmp_path, base="training", rest_s=LONG_REST_S))
+    result = trained(tmp_path, "--protocol", protocol)
+    assert result["simulated_s"] < result["session_s"] - 20.0
+    exograv("data", "replay", result["recording"], check=True)
 
 
 def test_the_recording_says_what_of_the_protocol_is_published_and_which_file_it_was(

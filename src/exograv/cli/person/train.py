@@ -122,7 +122,8 @@ def show_training(result: "TrainResult") -> None:
     lines = [
         f"{touched.windows} windows, {touched.accepted} of {touched.touches} touches counted "
         f"(rejected: {rejected}); median {'no' if per_window is None else f'{per_window:g}'} touches per window.",
-        f"{result.simulated_s:.0f} s simulated in {result.wall_s:.0f} s; {result.recording_MB:g} MB.",
+        f"{result.session_s:.0f} s of session, {result.simulated_s:.0f} s of them simulated tick by tick, in "
+        f"{result.wall_s:.0f} s; {result.recording_MB:g} MB.",
     ]
     lines += [f"Check after window {one.after_windows}: {one.why}" for one in result.preparation.checked or []]
     lines += [f"Rest after window {one.after_windows}: {one.why}" for one in result.preparation.learned or []]

@@ -28,8 +28,9 @@ Sum: the 23 s of a warm `exograv demo` on a quiet computer (docs/results/results
 machine with seven joints takes about twice as long: 61 against 33 s of CPU time for `demo`.
 """
 
-WINDOW_S, VERIFIED_S, CHECKED_S, WEIGHED_S, ATTEMPTS_S = 25.0, 10.0, 8.0, 11.0, 17.0
-"""A window of a session; a verification; a weighing; the attempts of a search for support [s].
+WINDOW_S, REST_S, VERIFIED_S, CHECKED_S, WEIGHED_S, ATTEMPTS_S = 2.5, 16.0, 10.0, 8.0, 11.0, 17.0
+"""A window of a session; a rest that is simulated; a verification; a check; a weighing; the attempts of a search for
+support [s].
 
 The last follows from the 27 to 34 s of a whole `run support-level` with 60 attempts.
 """
@@ -176,7 +177,8 @@ def _train(options: Any) -> float | None:
         windows = options.windows or 0
     verified, checked = (windows // every if every else 0 for every in (options.verify_every, options.check_every))
     checked += windows if options.learn_in_rests else 0
-    return _prepared(options) + 20.0 + WINDOW_S * windows + VERIFIED_S * verified + CHECKED_S * checked
+    rests = windows if options.whole_rests else 0
+    return _prepared(options) + 20.0 + WINDOW_S * windows + REST_S * rests + VERIFIED_S * verified + CHECKED_S * checked
 
 
 def _transparency(options: Any) -> float:

@@ -155,6 +155,11 @@ class DrivesMachine:
         """State that the participant keeps between sessions."""
         return self._line.learned
 
+    @property
+    def pass_time(self) -> Callable[[float], object] | None:
+        """None: the clock of drives passes by their frames."""
+        return None
+
     def sources(self, recording: RecordingWriter) -> tuple[EventSource, ...]:
         """Return no further source."""
         return ()

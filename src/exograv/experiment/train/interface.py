@@ -1,5 +1,6 @@
 """Machine of a session in lock-step, with its participant: the twin, or drives with a participant behind them."""
 
+from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from exograv.laboratory.participant.screen_session import EventSource, Seat
@@ -76,6 +77,11 @@ class TrainingMachine(Protocol):
     @property
     def learned(self) -> LearnedState | None:
         """State that the participant keeps between sessions; None before the first touch."""
+        ...
+
+    @property
+    def pass_time(self) -> Callable[[float], object] | None:
+        """Function that lets time [s] pass while nothing moves; None if the machine's clock passes by ticks only."""
         ...
 
     def sources(self, recording: RecordingWriter) -> tuple[EventSource, ...]:

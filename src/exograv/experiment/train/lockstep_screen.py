@@ -16,6 +16,7 @@ from exograv.safety.person import GuardedPerson
 from exograv.task.events import Distance, Event, Pause, Resume
 from exograv.task.levels import EARTH, RATE_MAX_PER_S
 from exograv.task.run import TaskRun
+from exograv.task.timed_transitions import next_due
 
 CHUNK_S = 1.0
 
@@ -24,6 +25,10 @@ CONSENTS_BEFORE_S = 60.0
 
 CALM_S = 10.0
 """Time of rest after a window from which a participant whose muscles are not seen counts as relaxed, assumed [s]."""
+
+AWAKE_S = 5.0
+"""Time before a window, or before the end of the session, from which every tick is simulated again [s]. The arm then
+rests as it did before the time passed."""
 
 
 @dataclass
@@ -55,6 +60,10 @@ class LockstepScreen:
     or the session never ends."""
     follower: Callable[[TickSample], None] | None = None
     """Observer of every tick."""
+    pass_time: Callable[[float], object] | None = None
+    """Function that lets time [s] pass while nothing moves; with None every tick of a rest is simulated."""
+    passed_s: float = field(default=0.0, init=False)
+    """Time of rests that has passed without ticks [s]."""
 
     def __post_init__(self):
         """Store the resting posture and the number of complete windows."""
@@ -90,8 +99,9 @@ class LockstepScreen:
         """Run one chunk, and act between windows if it is due."""
         self.pilot.run(self.controller, self._still, phase_of(self.run), lambda moment: self._listen(session, moment))
         for act in self.between:
-            if act.every and self._is_time_for(act):
+            if self._is_time_for(act):
                 self._pause_and(act)
+        self._pass_rest(session)
 
     def why_over(self, run: TaskRun) -> str:
         """Reason to stop a run that no clock ends."""
@@ -99,12 +109,35 @@ class LockstepScreen:
 
     def _is_time_for(self, act: BetweenWindows) -> bool:
         """Return True once in the rest after every so many windows, as soon as the arm lies on its support."""
-        state = self.run.state
-        complete = len(state.complete)
-        is_due = complete > act.after and complete % act.every == 0
+        return self._is_due(act) and self._is_rest and self._is_calm
+
+    def _is_due(self, act: BetweenWindows) -> bool:
+        complete = len(self.run.state.complete)
         is_last = complete == self.run.plan.protocol.windows.count
-        is_rest = state.status == "running" and state.window is None and not self.is_settling
-        return is_due and is_rest and not is_last and self._is_calm
+        return act.every > 0 and complete > act.after and complete % act.every == 0 and not is_last
+
+    @property
+    def _is_rest(self) -> bool:
+        """True if no window is open and the arm lies on its support."""
+        state = self.run.state
+        return state.status == "running" and state.window is None and not self.is_settling
+
+    def _pass_rest(self, session: ScreenSession) -> None:
+        """Let the time pass until shortly before the next transition of a clocked run, if nothing moves until then."""
+        run, due = self.run, next_due(self.run.plan, self.run.state)
+        if self.pass_time is None or due is None or not run.plan.is_clocked or not self._is_rest:
+            return
+        rests_since = run.state.windows[-1].closed if run.state.windows else None
+        is_at_rest = self.seat.is_relaxed and (rests_since is None or self.t >= rests_since + CALM_S)
+        left_s = round(due.t - AWAKE_S - self.t, 3)
+        if not is_at_rest or left_s < AWAKE_S or any(self._is_due(act) for act in self.between):
+            return
+        if self.pilot.recording is not None:
+            text = f"{left_s:.1f} s of rest pass without ticks."
+            self.pilot.recording.write("/event", self.t, {"kind": "note", "text": text})
+        self.pass_time(left_s)
+        self.passed_s += left_s
+        session.tell(self.t)
 
     @property
     def _is_calm(self) -> bool:

@@ -112,6 +112,10 @@ class TrainOptions(WornOptions):
     ] = False
     """Measure the muscles of the twin's wearer by EMG, so that the rests of a wearer who does not relax teach, too."""
 
+    whole_rests: Annotated[bool, ON_TWIN] = False
+    """Simulate each tick of the rests. Without it the twin's clock and the warm-up of its drives pass while the arm
+    lies on its support, and the recording has no ticks of that time."""
+
     resume: bool = False
     """Continue an interrupted run at the next window."""
 

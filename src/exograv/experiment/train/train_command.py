@@ -44,6 +44,9 @@ from .verification import verify_between
 PREPARING_S = 420.0
 """Upper limit of the machine's time before the first window: calibration, self-test, identification."""
 
+AROUND_WINDOW_S = 60.0
+"""Upper limit of the simulated time around a window: ramps, ways, and the parts of the rests in which the arm lies."""
+
 LISTENER_S = 5.0
 """Time for a running recorder of Lab Streaming Layer to find the stream. Lock-step does not wait during the run."""
 
@@ -68,7 +71,10 @@ class TrainResult:
     """Number of windows that were opened."""
     preparation: PreparationFigures = field(metadata=MERGED)
     run: TwinRun = field(metadata=MERGED)
+    session_s: float
+    """Duration on the machine's clock, with calibration and rests [s]."""
     simulated_s: float
+    """Part of the duration that was simulated tick by tick [s]."""
     wall_s: float
     recording_MB: float
     report: Path
@@ -158,10 +164,10 @@ class _Training:
             recording = self._continued(before)
         with recording:
             ready = self._ready(recording)
-            self._fly(run, ready, recording)
+            passed_s = self._fly(run, ready, recording)
             t = ready.pilot.rig.t
-            self._write_result(recording, run, ready.figures, t)
-        return self._result(run, ready.figures, t)
+            self._write_result(recording, run, ready.figures, t, passed_s)
+        return self._result(run, ready.figures, t, passed_s)
 
     def _continued(self, before: KeptSession) -> RecordingWriter:
         """Continue the recording from the state of the checkpoint.
@@ -173,9 +179,16 @@ class _Training:
         return RecordingWriter.continued(self._recording_path, kept=kept)
 
     def _left_s(self, run: TaskRun) -> float:
-        """Time of the schedule from the next window on [s]."""
-        timeline, number = self._plan.timeline, run.state.next_window(self._plan.protocol.windows.numbers)
-        return 0.0 if number is None else timeline.duration_s - timeline.approach_s(number)
+        """Time to simulate from the next window on [s]."""
+        windows, timeline = self._plan.protocol.windows, self._plan.timeline
+        number = run.state.next_window(windows.numbers)
+        if number is None:
+            return 0.0
+        whole_s = timeline.duration_s - timeline.approach_s(number)
+        if self._machine.pass_time is None or not self._plan.is_clocked:
+            return whole_s
+        count = sum(1 for one in windows.numbers if one >= number)
+        return min(whole_s, count * (windows.duration_s + AROUND_WINDOW_S))
 
     def _reported(self, run: TaskRun, before: KeptSession) -> TrainResult:
         """Write the missing results of a complete run whose command was ended while it closed its files."""
@@ -191,18 +204,20 @@ class _Training:
                 self._write_result(recording, run, figures, before.t)
         return self._result(run, figures, before.t)
 
-    def _write_result(self, recording: RecordingWriter, run: TaskRun, figures: PreparationFigures, t: float) -> None:
+    def _write_result(
+        self, recording: RecordingWriter, run: TaskRun, figures: PreparationFigures, t: float, passed_s: float = 0.0
+    ) -> None:
         recording.write("/result", t, {
             "task": {**json_value(run.totals().figures()), **json_value(figures)}, "rig": self._asked.rig,
             "joints": list(self._machine.description.joints), "disturbance_level": self._options.level,
-            "world": self._options.world, "seed": self._options.seed, "simulated_s": round(t, 3),
+            "world": self._options.world, "seed": self._options.seed, "simulated_s": round(t - passed_s, 3),
         })  # fmt: skip
 
     @property
     def _report_path(self) -> Path:
         return self._folder / f"{self._options.name}.html"
 
-    def _result(self, run: TaskRun, preparation: PreparationFigures, t: float) -> TrainResult:
+    def _result(self, run: TaskRun, preparation: PreparationFigures, t: float, passed_s: float = 0.0) -> TrainResult:
         """Write the report; return the result of the command."""
         self._progress("Writing the report", 0.0)
         from exograv.report.of_recording.recording_report import write_report  # Matplotlib: 0.4 s
@@ -219,7 +234,8 @@ class _Training:
             attempts=len(run.state.windows),
             preparation=preparation,
             run=TwinRun(self._asked.rig, self._options.level, self._options.world, self._options.seed),
-            simulated_s=round(t, 3),
+            session_s=round(t, 3),
+            simulated_s=round(t - passed_s, 3),
             wall_s=round(time.perf_counter() - self._begun, 2),
             recording_MB=round(1e-6 * self._recording_path.stat().st_size, 1),
             report=report,
@@ -247,7 +263,8 @@ class _Training:
             ready.figures = PREPARATION.validate_python(before.before)
         return ready
 
-    def _fly(self, run: TaskRun, ready: Ready, recording: RecordingWriter) -> None:
+    def _fly(self, run: TaskRun, ready: Ready, recording: RecordingWriter) -> float:
+        """Run the windows; return the time of rests that has passed without ticks [s]."""
         rig, before = ready.pilot.rig, self._before
         page = f"simulated-{run.state.epoch + (before is not None)}"
         seat = self._machine.seat(self._plan, page, None if before is None else before.learned)
@@ -288,7 +305,7 @@ class _Training:
             BetweenWindows(self._options.check_every, "session check", check),
             BetweenWindows(self._options.verify_every, "verification", verify),
         )
-        machine = LockstepScreen(run, ready.pilot, ready.controller, seat, between)
+        machine = LockstepScreen(run, ready.pilot, ready.controller, seat, between, pass_time=self._machine.pass_time)
         ready.pilot.begin("task")
         for event in (Start,) if before is None else (Interrupted, Resume):
             run.feed(event(t=rig.t))
@@ -299,6 +316,7 @@ class _Training:
         keep()
         if outlet is not None and outlet.have_consumers():
             time.sleep(LAST_MARKERS_S)
+        return machine.passed_s
 
     def _with_person(
         self, figures: PreparationFigures, known: KnownPerson | None, rests: KeptRests | None

@@ -1,5 +1,6 @@
 """The twin as a `TrainingMachine`, with a virtual participant."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -125,12 +126,20 @@ class TwinMachine:
         """State that the participant keeps between sessions."""
         return None if self._person is None else self._person.learned
 
+    @property
+    def pass_time(self) -> Callable[[float], object] | None:
+        """Function that lets time pass on the twin; None if the rests are simulated."""
+        return None if self._options.whole_rests else self._pass_time
+
     def sources(self, recording: RecordingWriter) -> tuple[EventSource, ...]:
         """Return the aircraft of a flight protocol."""
         if self._protocol.opening != "aircraft":
             return ()
         flown = self._recorded_flight()
         return (AircraftFeed(self._protocol, self._flown, self.day, aircraft_sink(recording), flown),)
+
+    def _pass_time(self, seconds: float) -> None:
+        self._flown.pass_time(seconds)
 
     def _recorded_flight(self) -> Flight | None:
         """Return the flight of a file; None without one.

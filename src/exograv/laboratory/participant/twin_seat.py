@@ -39,5 +39,5 @@ class TwinSeat:
 
     def act(self) -> None:
         """Give the participant's muscle torque to the twin."""
-        twin, truth = self._twin, self._twin.truth
-        twin.tau_voluntary[:] = self._participant.act(twin.t, truth.q_arm, truth.v_arm)
+        twin = self._twin
+        twin.tau_voluntary[:] = self._participant.act(twin.t, *twin.arm_motion())
