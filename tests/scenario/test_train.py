@@ -16,6 +16,7 @@ from tests.waiting import wait_until
 
 from exograv.experiment.train.lockstep_screen import AWAKE_S
 from exograv.recording import Recording, read_recording
+from exograv.study.importers.recording import import_recording
 from exograv.task.allocation import Group, draw_list, group_of
 from exograv.task.protocol import FOLDER
 
@@ -130,6 +131,7 @@ def test_rests_that_pass_leave_windows_and_clock_as_they_are_and_cost_no_ticks(t
     awake = recording.ticks["t"][np.argmax(steps) + 1]
     assert opened[1] - awake == pytest.approx(AWAKE_S, abs=0.03)
     assert passed["touches"] >= 2 * (TOUCHES - 1)
+    assert import_recording(Path(passed["recording"])).session["clock_jumps"] == 0
 
 
 @pytest.mark.slow

@@ -84,6 +84,9 @@ PHASE = Channel(
     (T, Field("name", "string", "-", "`calibrate`, `table`, `identify`, `held_out`, `float`, `weigh` …")),
 )
 
+REST_PASSED = "rest passed"
+"""Kind of the event before a rest of which a simulation has no ticks: the machine's clock jumps ahead there."""
+
 EVENT = Channel(
     "/event",
     "json",

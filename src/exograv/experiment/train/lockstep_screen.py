@@ -12,6 +12,7 @@ from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot
 from exograv.loop.tick_sample import TickSample
 from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
+from exograv.recording.schema import REST_PASSED
 from exograv.safety.person import GuardedPerson
 from exograv.task.events import Distance, Event, Pause, Resume
 from exograv.task.levels import EARTH, RATE_MAX_PER_S
@@ -134,7 +135,7 @@ class LockstepScreen:
             return
         if self.pilot.recording is not None:
             text = f"{left_s:.1f} s of rest pass without ticks."
-            self.pilot.recording.write("/event", self.t, {"kind": "note", "text": text})
+            self.pilot.recording.write("/event", self.t, {"kind": REST_PASSED, "text": text})
         self.pass_time(left_s)
         self.passed_s += left_s
         session.tell(self.t)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.recording import Recording, RecordingPass
+from exograv.recording.schema import REST_PASSED
 
 from .imported_session import Imported, StatedSession, counted, sentences, totals
 from .task_records import records_of, touches_of, windows_of
@@ -12,6 +13,9 @@ from .tick_account import TickAccount
 
 JOINED_EVENT = "recording begins"
 """Kind of the event at the seam between two recordings of a session."""
+
+WITHOUT_TICKS = (JOINED_EVENT, REST_PASSED)
+"""Kinds of events that explain a jump of the clock."""
 
 TOPICS = ("/task", "/event", "/result", "/timing", "/aircraft")
 
@@ -72,7 +76,7 @@ def _session(
     planned = (protocol.get("windows") or {}).get("count") or run.get("windows")
     found = totals(windows, touches)
     said = [(begun + one["t"], "paused" if one.get("by") == "interruption" else one["kind"]) for one in records]
-    said += [(event["t"], "paused") for event in recording.messages("/event") if event["kind"] == JOINED_EVENT]
+    said += [(event["t"], "paused") for event in recording.messages("/event") if event["kind"] in WITHOUT_TICKS]
     jumps = account.jumps(said)
     end = account.last_t if account.count else max((begun + one["t"] for one in records), default=begun)
     return {
