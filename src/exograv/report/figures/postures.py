@@ -36,6 +36,7 @@ def draw(recording: Recording) -> Figure | None:
         plot_posture(ax, frame, recording.settings.get("side", "right"))
         ax.set_title(f"at {frame['t']:.0f} s", fontweight="normal")
     panels[0].legend(loc="lower left", bbox_to_anchor=(-0.05, -0.14), ncols=2)
+    figure.draw_without_rendering()  # The layout knows the panels' equal scales only after a first drawing.
     return figure
 
 
