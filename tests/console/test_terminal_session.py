@@ -98,6 +98,7 @@ def test_an_unknown_arm_is_identified_and_the_protocol_runs_to_its_end_with_touc
         )
     )
     assert motors < takes < begins < gives
+    assert takes < text.index("screen is not measured") < begins
     assert "Window 2 is complete" in text
     assert not session.flight.moment().arm_share
 

@@ -22,6 +22,9 @@ STARTS_WITHIN_S, TAKES_WITHIN_S, LEARNS_WITHIN_S, LEAVES_WITHIN_S = 120.0, 20.0,
 OPENS_WITHIN_S = 90.0
 """Longest wait for the page of a participant whom a stimulus process plays [s]."""
 
+MEASURES_WITHIN_S = 30.0
+"""Longest wait for such a participant to measure the panel [s]."""
+
 LISTENS_S = 0.5
 
 ALARM_ENDS_WITHIN_S = 5.0
@@ -176,6 +179,7 @@ class TerminalSession:
     def _run_protocol(self) -> tuple[int, bool]:
         """Run the windows; return the number of complete ones, and True if the protocol has come to its end."""
         word = "resume" if self._resumes else "start"
+        self._await_screen()
         self._keyboard.enter(f"Press Enter to {word} the protocol. It begins with a rest.")
         self._run(word)
         told = set[tuple[int, int]]()
@@ -194,6 +198,21 @@ class TerminalSession:
                 self._resume()
             if self._keyboard.is_over.wait(LISTENS_S):
                 raise SessionEndedError
+
+    def _await_screen(self) -> None:
+        """Have the participant's screen measured, which is not possible once the protocol runs."""
+        if self._resumes or self._is_screen_measured():
+            return
+        if self._awaits_page and self._page.until(self._is_screen_measured, MEASURES_WITHIN_S):
+            return
+        self._keyboard.enter(
+            "The participant's screen is not measured, so the touches would have no millimetres. Measure it with a "
+            "bank card on the participant's page; once the protocol runs that is too late. Press Enter to go on."
+        )
+
+    def _is_screen_measured(self) -> bool:
+        state = self._page.state
+        return state is not None and state["protocol"]["screen"] is not None
 
     def _resume(self) -> None:
         """Take the arm again if the machine has given it back, then resume the run."""

@@ -91,14 +91,18 @@ class ParticipantPage:
         return None if told is None else _sight(told)
 
     def press(self, x_px: float, y_px: float, width_px: float) -> None:
-        """Put a finger on the panel; do not wait for the browser."""
+        """Put a finger on the panel now; do not wait for the browser."""
         radius = 0.5 * width_px
-        point = {"x": x_px, "y": y_px, "radiusX": radius, "radiusY": radius, "force": 0.5, "id": 1}
-        self._browser.tell("Input.dispatchTouchEvent", type="touchStart", touchPoints=[point])
+        self._touch("touchStart", {"x": x_px, "y": y_px, "radiusX": radius, "radiusY": radius, "force": 0.5, "id": 1})
 
     def release(self) -> None:
         """Take the finger off the panel."""
-        self._browser.tell("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        self._touch("touchEnd")
+
+    def _touch(self, kind: str, *points: dict[str, float]) -> None:
+        # The driver of a real panel gives the time to each touch. Without it the browser takes the time at which it
+        # comes to read the command, which is milliseconds later on a busy computer.
+        self._browser.tell("Input.dispatchTouchEvent", type=kind, touchPoints=list(points), timestamp=time.time())
 
     def _do(self, script: str) -> Any:
         told = self._browser.call("Runtime.evaluate", expression=script, returnByValue=True)
