@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.model.description import load_rig
-from exograv.motion import Passage, Trajectory, eased_in, fourier, go_to, hold, joined, minimum_jerk, sweep
+from exograv.motion import Harmonics, Passage, Trajectory, eased_in, fourier, go_to, hold, joined, minimum_jerk, sweep
 
 DT = 1e-3
 START = np.array([0.1, -0.2, 0.3, 1.0])
@@ -128,3 +128,20 @@ def test_a_passage_is_the_same_motion_as_its_table():
         np.testing.assert_allclose(q, table.q[k], rtol=0, atol=1e-15)
         np.testing.assert_allclose(v, table.v[k], rtol=0, atol=1e-14)
         np.testing.assert_allclose(a, table.a[k], rtol=0, atol=1e-12)
+
+
+INTERPOLATED = 1e-5
+"""Error of linear interpolation between the ticks of a table, relative to the largest value [-]: some 20 rad/s² · DT²
+for a position, and the same for its derivatives."""
+
+
+def test_harmonics_that_are_computed_tick_by_tick_are_those_of_their_table():
+    settings = load_rig("recupera_like").excitation
+    parts = settings.centre_deg, settings.sine_deg, settings.cosine_deg
+    centre, sine, cosine = (np.deg2rad(part) for part in parts)
+    path = Harmonics(centre, sine, cosine, settings.period_s, 10.0, 2.0, DT)
+    table = path.table()
+    assert len(path) == len(table) == round(10.0 / DT)
+    q, v, a = (np.array(rows) for rows in zip(*map(path.at, range(len(path))), strict=True))
+    for found, expected in ((q, table.q), (v, table.v), (a, table.a)):
+        np.testing.assert_allclose(found, expected, atol=INTERPOLATED * np.abs(expected).max())

@@ -9,6 +9,8 @@ from jaxtyping import Float
 Joints = Float[np.ndarray, " joint"]
 Table = Float[np.ndarray, "tick joint"]
 Three = tuple[np.ndarray, np.ndarray, np.ndarray]
+Eased = tuple[float, float, float]
+"""Time [ticks], rate of time [-] and its slope [1/s] of a motion from rest."""
 
 
 @dataclass(frozen=True)
@@ -175,16 +177,74 @@ class Cycles:
     def _sine_ticks(self) -> int:
         return round((self.count * self.period_s + self.ease_s / 2) / self.dt)
 
-    def _eased(self, index: float) -> tuple[float, float, float]:
-        """Return time [ticks], rate of time [-] and its slope [1/s] of a motion from rest, as `eased_in`."""
-        ticks = round(self.ease_s / self.dt)
-        s = min(index / ticks, 1.0)
-        when = ticks * (s**3 - s**4 / 2) + max(index - ticks, 0.0)
-        return when, 3 * s**2 - 2 * s**3, 6 * (s - s**2) / self.ease_s
+    def _eased(self, index: float) -> Eased:
+        return _eased(index, self.ease_s, self.dt)
 
 
-Planned = Passage | Cycles
+@dataclass(frozen=True)
+class Harmonics:
+    """Sum of harmonics about a posture (`fourier`), eased in and out, computed tick by tick."""
+
+    centre: Joints
+    """Mean posture [rad]."""
+
+    sine: Table
+    """Amplitudes of sin(k ω t) in position, row k−1 for harmonic k (harmonic, joint) [rad]."""
+
+    cosine: Table
+    """Amplitudes of cos(k ω t) in position (harmonic, joint) [rad]."""
+
+    period_s: float
+    """2π/ω [s]."""
+
+    seconds: float
+    """Duration of the motion, from rest to rest [s]."""
+
+    ease_s: float
+    """Time from rest to the full speed, and back to rest [s]."""
+
+    dt: float
+    """Period of the control loop [s]."""
+
+    def __len__(self) -> int:
+        return self._path_ticks + round(self.ease_s / 2 / self.dt)
+
+    def at(self, tick: int) -> Three:
+        """Return position [rad], velocity [rad/s] and acceleration [rad/s²] at a tick, which counts from 0.
+
+        The values are those of `table` without its interpolation.
+        """
+        before_end, rate_out, slope_out = _eased(float(len(self) - 1 - tick), self.ease_s, self.dt)
+        when, rate, slope = _eased(max(self._path_ticks - 1 - before_end, 0.0), self.ease_s, self.dt)
+        omega = 2.0 * np.pi / self.period_s * np.arange(1, len(self.sine) + 1)
+        angle = omega * ((when + 1.0) * self.dt)
+        s, c = np.sin(angle), np.cos(angle)
+        v_path = (c * omega) @ self.sine - (s * omega) @ self.cosine
+        a_path = -(s * omega**2) @ self.sine - (c * omega**2) @ self.cosine
+        q, v = self.centre + s @ self.sine + c @ self.cosine, v_path * rate
+        a = a_path * rate**2 + v_path * slope
+        return q, v * rate_out, a * rate_out**2 - v * slope_out
+
+    def table(self) -> Trajectory:
+        """Return the motion as a table."""
+        path = fourier(self.centre, self.sine, self.cosine, self.period_s, self.seconds - self.ease_s / 2, self.dt)
+        return eased_out(eased_in(path, self.ease_s), self.ease_s)
+
+    @property
+    def _path_ticks(self) -> int:
+        return round((self.seconds - self.ease_s / 2) / self.dt)
+
+
+Planned = Passage | Cycles | Harmonics
 """Motion that is computed tick by tick."""
+
+
+def _eased(index: float, ease_s: float, dt: float) -> Eased:
+    """Return time, rate and slope of a motion that starts from rest within `ease_s` [s], as `eased_in`, at a tick."""
+    ticks = round(ease_s / dt)
+    s = min(index / ticks, 1.0)
+    when = ticks * (s**3 - s**4 / 2) + max(index - ticks, 0.0)
+    return when, 3 * s**2 - 2 * s**3, 6 * (s - s**2) / ease_s
 
 
 def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: float, dt: float) -> Trajectory:

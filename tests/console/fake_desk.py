@@ -16,6 +16,7 @@ from exograv.experiment.steered.view_models import (
     MachineAlarm,
     PlotTrace,
     RecordingStatus,
+    RestLearning,
     SessionSnapshot,
     SkeletonLines,
     WorkProgress,
@@ -45,6 +46,7 @@ class FakeDesk:
         self.is_twin = True
         self.age_s = 0.0
         self.work: WorkProgress | None = None
+        self.rests: RestLearning | None = None
         self.asked = list[tuple[Act, Who]]()
         """Events that reached the desk."""
 
@@ -77,6 +79,7 @@ class FakeDesk:
             is_twin=self.is_twin,
             age_s=self.age_s,
             work=self.work,
+            rests=self.rests,
             participant=self.participant,
             participants=("T01", "T02"),
             is_known=self.is_known,
@@ -262,6 +265,7 @@ POSSIBLE: dict[str, frozenset[Mode] | None] = {
     "reset": frozenset({Mode.SAFE}),
     "switch_off": frozenset({Mode.SELF_TEST, Mode.EXO_ONLY}),
     "set_level": FREE | {Mode.EXO_ONLY, Mode.RAMP_IN},
+    "learn_rest": frozenset({Mode.FLOATING}),
     "agree": frozenset({Mode.FLOATING}),
     "note": None,
     "acknowledge": None,

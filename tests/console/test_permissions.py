@@ -13,13 +13,14 @@ from .fake_desk import FakeDesk
 from .of_clock import SetClock
 from .said import answer, do, name, page, told, touch
 
-VERSIONED = ("don", "make_ready", "take_arm", "identify", "reset")
+VERSIONED = ("don", "make_ready", "take_arm", "identify", "reset", "learn_rest")
 FIELDS = {"set_level": {"gravity_level": 0.5}, "note": {"text": "calm"}, "acknowledge": {"alarm": 1}}
 # The table is written a second time by hand, so that an error in the first one shows.
 EXPECTED = {
     "operator": {
         "ping", "beat", "steer", "seen", "invite", "run", "do don", "do make_ready", "do take_arm", "do identify",
-        "do give_back", "do stop", "do reset", "do switch_off", "do set_level", "do note", "do acknowledge",
+        "do give_back", "do stop", "do reset", "do switch_off", "do set_level", "do learn_rest", "do note",
+        "do acknowledge",
     },
     "therapist": {
         "ping", "beat", "steer", "do don", "do make_ready", "do take_arm", "do give_back", "do stop", "do reset",

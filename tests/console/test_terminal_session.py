@@ -12,7 +12,8 @@ from tests.console.test_trial_request import kept_until
 from exograv.console.options import Address
 from exograv.console.run import run_console
 from exograv.console.terminal_page import TerminalPage
-from exograv.console.terminal_session import Keyboard, SessionEndedError, SessionOutcome, TerminalSession
+from exograv.console.terminal_session import Keyboard, RestOffers, SessionEndedError, SessionOutcome, TerminalSession
+from exograv.console.trial import REST_NEEDED_S
 from exograv.console.trial_request import TrialRequest
 from exograv.errors import RigError
 from exograv.experiment.steered.rehearsal import RehearsedFlight
@@ -177,3 +178,45 @@ def test_a_stop_ends_the_session_with_its_cause(tmp_path: Path):
     with pytest.raises(RigError, match="The machine has let the arm down: Stop was pressed"):
         session.run(stop)
     assert not session.outcome
+
+
+class RestPage(TerminalPage):
+    """Page of a session in a rest, whose machine can learn."""
+
+    def __init__(self, countdown_s: float):
+        self.acts, self.countdown_s = list[str](), countdown_s
+        self.tell(is_active=False)
+
+    def tell(self, *, is_active: bool) -> None:
+        """Set the state in which the machine learns, or does not."""
+        run = {"status": "running", "phase": "rest", "countdown_s": self.countdown_s, "window": 2}
+        told = {"is_active": is_active, "why_not": {"text": ""}, "sentences": [{"text": "It is renewed."}]}
+        self.state = {"run": run, "shown": {"rests": told}}
+
+    def act(self, kind: str, **fields: Any) -> str:
+        self.acts.append(kind)
+        self.tell(is_active=True)
+        return ""
+
+
+def test_each_long_rest_is_offered_once_and_what_it_taught_is_said():
+    lines = list[str]()
+    page = RestPage(REST_NEEDED_S + 1.0)
+    offers = RestOffers(page, Keyboard(lines.append, threading.Event(), True))
+    for _ in range(3):
+        offers.look()
+    assert page.acts == ["learn_rest"]
+    page.tell(is_active=False)
+    for _ in range(3):
+        offers.look()
+    assert page.acts == ["learn_rest"]
+    assert lines[-1] == "It is renewed."
+
+
+def test_a_rest_that_is_too_short_is_not_offered():
+    lines = list[str]()
+    page = RestPage(REST_NEEDED_S - 1.0)
+    offers = RestOffers(page, Keyboard(lines.append, threading.Event(), True))
+    for _ in range(3):
+        offers.look()
+    assert (page.acts, lines) == ([], [])

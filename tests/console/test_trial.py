@@ -7,7 +7,9 @@ import pytest
 
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.trial import ProtocolTrial
+from exograv.console.messages import RunCommand
+from exograv.console.trial import REST_NEEDED_S, ProtocolTrial
+from exograv.experiment.steered.view_models import RestLearning
 from exograv.safety.modes import Event
 
 from .fake_desk import FakeDesk
@@ -215,3 +217,40 @@ def test_a_run_has_the_side_that_was_in_the_machine_and_goes_on_with_no_other(
     desk.side = "right"
     house.shown = desk.shown()
     assert answer(told(house, operator, word(clock, "resume")))["taken"]
+
+
+def test_the_machine_learns_in_a_rest_that_is_long_enough_and_never_in_a_window(
+    house: Hub, desk: FakeDesk, clock: SetClock
+):
+    operator, trial = floating(house, desk, clock), trial_of(house)
+    assert answer(told(house, operator, do(clock, "learn_rest", desk.shown().version)))["taken"]  # not begun yet
+    told(house, operator, word(clock, "start"))
+    assert OPENS_S < REST_NEEDED_S
+    refused = answer(told(house, operator, do(clock, "learn_rest", desk.shown().version)))
+    assert not refused["taken"]
+    assert "opens in 35 s" in refused["why"]
+    clock.t += OPENS_S + 2.0
+    trial.tick(clock.t, desk.shown())
+    assert "window is open" in trial.why_no_rest(clock.t)
+    trial.interrupt(clock.t, "operator")
+    assert trial.why_no_rest(clock.t) == ""
+
+
+def test_a_run_goes_on_while_the_machine_learns_in_a_rest_but_no_window_opens_with_it(
+    house: Hub, desk: FakeDesk, clock: SetClock
+):
+    operator, trial = floating(house, desk, clock), trial_of(house)
+    told(house, operator, word(clock, "start"))
+    desk.machine.take(Event.MOVE)
+    desk.rests = RestLearning(is_active=True)
+    clock.t += 10.0
+    assert trial.tick(clock.t, desk.shown()) == ""
+    assert trial.is_running
+    clock.t += OPENS_S
+    assert trial.tick(clock.t, desk.shown()) != ""
+    assert not trial.is_running
+    resume = RunCommand(kind="run", id=name(), made=clock.t, word="resume")
+    desk.machine.take(Event.FLOAT)
+    assert "learns the arm" in trial.word(resume, clock.t, desk.shown())
+    desk.rests = RestLearning(is_active=False)
+    assert trial.word(resume, clock.t, desk.shown()) == ""

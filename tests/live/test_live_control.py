@@ -1,16 +1,21 @@
 """A live session begins off, carries the machine before the arm, and takes over the arm by a ramp."""
 
 from dataclasses import dataclass, field
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from exograv.control.tick import SLOPE_MAX, Tick
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.live_control import OPERATOR, SKIPPED_TEXT, LiveControl, LivePlan, guarded_rig, notes
+from exograv.live.live_identification import LiveIdentification
+from exograv.live.procedure_orders import Order, OrderedMotion
 from exograv.loop.person_limits import person_limits
+from exograv.loop.phases import FLOATING
 from exograv.rig.twin import Twin
 from exograv.runtime.control_loop.exchange import answer_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, SafeState
@@ -189,3 +194,38 @@ def test_a_preparation_leaves_no_trace_in_the_modes_and_in_the_torque():
         rows.append(row)
     assert rows[0]["mode"] == rows[1]["mode"]
     np.testing.assert_allclose(rows[0]["tau"], rows[1]["tau"], atol=1e-9)
+
+
+def carried(order: Order) -> tuple[LiveControl, OrderedMotion, list[np.ndarray]]:
+    """Control with a floating arm that takes an order, after three ticks, and what it tells the procedure."""
+    laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
+    prepared, waiting, told = ideal_knowledge(laboratory, 0.0), [order], list[np.ndarray]()
+    motion = OrderedMotion(
+        laboratory.description, 1e-3, lambda: waiting.pop(0) if waiting else None, lambda row: told.append(row.copy())
+    )
+    lesson = Mock(spec=LiveIdentification, findings=0)
+    lesson.found.return_value, lesson.phase.return_value = None, FLOATING
+    control = LiveControl(prepared, 0.0, orders=motion, lesson=lesson)
+    control.forget(Mode.FLOATING, 1.0)
+    state = np.zeros(1, state_dtype(prepared.assembly.n))[0]
+    row = np.zeros((), answer_dtype(prepared.assembly.n))
+    state["q"] = np.mean(laboratory.description.workspace, axis=0)
+    state["persons"] = 1
+    for k in range(3):
+        state["sequence"], state["now"] = k + 1, 1e-3 * k
+        control.answer(state, row)
+        control.afterwards()
+    return control, motion, told
+
+
+@pytest.mark.parametrize("factor", [1.05, 50.0])
+def test_control_carries_the_arm_of_an_order_by_a_ramp_and_tells_the_procedure_of_one_that_it_refuses(factor: float):
+    x = ideal_knowledge(draw_laboratory("recupera_like", None, LEVEL, SEED), 0.0).x
+    other = x.copy()
+    other[: ParameterLayout.of(draw_laboratory("recupera_like", None, LEVEL, SEED).assembly()).phi.stop] *= factor
+    control, _, told = carried(Order(7, True, x=tuple(other.tolist())))
+    is_refused = factor > 2.0
+    assert (int(told[-1]["refused"]) == 7) == is_refused
+    assert np.array_equal(control._controller.x, x) == is_refused
+    away = np.abs(control._controller.x - x).max()
+    assert away < 0.1 * np.abs(other - x).max()

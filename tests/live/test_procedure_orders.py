@@ -32,7 +32,8 @@ from exograv.model.arm import Arm
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.motion import Cycles, Passage
+from exograv.motion import Cycles, Passage, Planned
+from exograv.procedures.identification.identify import planned_excitation
 from exograv.procedures.rehabilitation.guided.grip import DROP_S, GripOutcome
 from exograv.procedures.rehabilitation.guided.guided_arm import GuidedArm, GuidedArms
 from exograv.procedures.rehabilitation.guided.mirror_guide import MIDDLE_M
@@ -47,10 +48,11 @@ LOW, HIGH = np.array([0.1, 0.2, 0.0, 0.4]), np.array([0.5, 0.3, 0.1, 0.9])
 STILL = np.zeros(JOINTS)
 PASSAGE = Passage.planned(LOW, HIGH, 0.6, 0.1, DT)
 CYCLES = Cycles(LOW, HIGH, 3.0, 1, 1.0, DT)
+HARMONICS = planned_excitation(RIG.excitation, 4.0, DT)
 
 
-@pytest.mark.parametrize("path", [None, PASSAGE, CYCLES])
-def test_an_order_in_a_recording_is_the_same_order_to_the_last_bit(path: Passage | Cycles | None):
+@pytest.mark.parametrize("path", [None, PASSAGE, CYCLES, HARMONICS])
+def test_an_order_in_a_recording_is_the_same_order_to_the_last_bit(path: Planned | None):
     order = Order(3, True, path, place="forearm", mass_kg=1.0 / 3.0, is_load_known=False)
     again = read_order(json.loads(json.dumps(written_order(order))))
     assert (again.number, again.is_led, again.place, again.mass_kg, again.is_load_known) == (
@@ -62,6 +64,13 @@ def test_an_order_in_a_recording_is_the_same_order_to_the_last_bit(path: Passage
     assert again.path is not None
     assert len(again.path) == len(path)
     np.testing.assert_array_equal(again.path.at(77), path.at(77))
+
+
+def test_the_arm_of_an_order_in_a_recording_is_the_same_to_the_last_bit():
+    x = tuple(np.random.default_rng(0).normal(size=5).tolist())
+    again = read_order(json.loads(json.dumps(written_order(Order(1, True, x=x)))))
+    assert again.x is not None
+    assert tuple(again.x) == x
 
 
 ROWS = TaughtRows([(LOW + share * (HIGH - LOW)).tolist() for share in np.linspace(0.0, 1.0, 40)], 0.04)
@@ -111,6 +120,27 @@ def test_after_a_stop_no_order_is_in_force_and_the_load_counts_as_known():
     motion.drop()
     assert not motion.is_led
     assert motion.is_load_known
+
+
+def test_an_arm_that_is_taken_again_is_moved_by_no_order_from_before():
+    given = Given(Order(1, True, PASSAGE), Order(2, True, PASSAGE), Order(3, True))
+    given.motion.take(LOW)
+    given.motion.discard()
+    assert not given.motion.is_led
+    assert given.motion.take(LOW) is None
+    assert given.motion.count == 3
+
+
+def test_the_procedure_hears_which_arm_control_has_refused():
+    given = Given(Order(1, True, x=(0.0,)), Order(2, True, x=(1.0,)))
+    for _ in range(2):
+        given.motion.take(LOW)
+        given.motion.told(0.0, LOW, LOW)
+        order = given.motion.order
+        assert order is not None
+        given.motion.refuse(order)
+    given.motion.told(0.0, LOW, LOW)
+    assert [(int(row["order"]), int(row["refused"])) for row in given.rows] == [(1, 0), (2, 1), (2, 2)]
 
 
 BOTH = assemble(load_rig("recupera_like_dual"), Body(1.75, 70.0, "female"))

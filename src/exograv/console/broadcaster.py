@@ -205,6 +205,10 @@ def _shown(hub: Hub) -> dict[str, Any]:
     if shown.learning is not None:
         said = {"outcome": spoken(shown.learning.outcome), "help": spoken(shown.learning.help)}
         learning = shown.learning.model_dump(mode="json") | said
+    rests = shown.rests
+    if rests is not None:
+        told = {"why_not": spoken(rests.why_not), "sentences": [spoken(one) for one in rests.sentences]}
+        rests = rests.model_dump(mode="json") | told
     work = shown.work
     if work is not None:
         work = work.model_dump(mode="json") | {"phase": spoken(work.phase), "why": spoken(work.why)}
@@ -212,6 +216,7 @@ def _shown(hub: Hub) -> dict[str, Any]:
         "mode_text": spoken(shown.mode_text),
         "latch": None if shown.latch is None else spoken(shown.latch),
         "learning": learning,
+        "rests": rests,
         "work": work,
         "alarms": [_alarm(alarm) for alarm in shown.alarms],
     }

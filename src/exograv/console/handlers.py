@@ -96,6 +96,9 @@ async def _do(hub: Hub, line: PageLine, do: ActMessage, t: float) -> None:
     if do.act["kind"] == "don" and hub.trial is not None and hub.trial.is_running:
         _answer(line, do, say("console.runs"))
         return
+    if do.act["kind"] == "learn_rest" and hub.trial is not None and (why := hub.trial.why_no_rest(t)):
+        _answer(line, do, why)
+        return
     placed = hub.clocks.place(line.page, do.made)
     if placed is None and do.act["kind"] != "stop":
         _answer(line, do, CLOCK_UNKNOWN)

@@ -4,8 +4,8 @@ from .keys import Role
 from .messages import ActMessage, Message
 
 ACTS = (
-    "don", "make_ready", "take_arm", "identify", "give_back", "stop", "reset", "switch_off", "set_level", "agree",
-    "note", "acknowledge",
+    "don", "make_ready", "take_arm", "identify", "give_back", "stop", "reset", "switch_off", "set_level",
+    "learn_rest", "agree", "note", "acknowledge",
 )  # fmt: skip
 """Acts of the steered session."""
 

@@ -25,6 +25,11 @@ OWN: Mapping[str, str] = MappingProxyType(
         "console.no_alarm": "This alarm does not exist any more.",
         "console.too_many": "Too many requests at once. Wait for the answers.",
         "trial.needs_arm": "This protocol needs a machine that carries the arm. Make it ready and take the arm first.",
+        "trial.window_open": "A window is open. The machine learns between two windows.",
+        "trial.window_soon": (
+            "The next window opens in {left} s, and learning in a rest needs {seconds} s. Pause the protocol first, or "
+            "wait for a longer rest."
+        ),
         "trial.other_side": "The run began with the {begun} arm, but the {side} arm is in the machine.",
         "trial.refused": "Not now: {why}.",
         "trial.paused": "The run is paused: the machine does not carry the arm any more.",

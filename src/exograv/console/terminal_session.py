@@ -13,6 +13,7 @@ from exograv.safety.modes import Mode
 
 from .keys import Role
 from .terminal_page import TerminalPage
+from .trial import REST_NEEDED_S
 
 Say = Callable[[str], object]
 
@@ -59,6 +60,10 @@ class Keyboard:
             if self.is_over.is_set():
                 raise SessionEndedError
 
+    def is_pressed(self) -> bool:
+        """Return True if Enter was pressed since the last look."""
+        return self.is_simulated or is_line_typed(sys.stdin, 0.0)
+
 
 class SessionEndedError(Exception):
     """End of the session while the operator was asked."""
@@ -81,7 +86,14 @@ class SessionOutcome:
 class TerminalSession:
     """Steps of one session, from the machine that is off to the machine that is off again."""
 
-    def __init__(self, page: TerminalPage, keyboard: Keyboard, resumes: bool, awaits_page: bool = False):
+    def __init__(
+        self,
+        page: TerminalPage,
+        keyboard: Keyboard,
+        resumes: bool,
+        awaits_page: bool = False,
+        learns_in_rests: bool = False,
+    ):
         """Steer with this page.
 
         Args:
@@ -89,7 +101,9 @@ class TerminalSession:
             keyboard: Keyboard of the operator.
             resumes: True to continue an interrupted run.
             awaits_page: True to wait for the participant's page before the motors are on.
+            learns_in_rests: True to offer in each long rest that the machine learns the arm.
         """
+        self._rests = RestOffers(page, keyboard) if learns_in_rests else None
         self._awaits_page = awaits_page
         self._conditions = dict[str, str]()
         """Condition of each stream of another device as last said, by its name."""
@@ -186,6 +200,8 @@ class TerminalSession:
         while True:
             self._check()
             self._tell_streams()
+            if self._rests is not None:
+                self._rests.look()
             run = self._run_state()
             for window in run["windows"]:
                 key = window["number"], window["attempt"]
@@ -335,6 +351,47 @@ class TerminalSession:
             page.until(lambda: page.steers, LISTENS_S)
         if high and page.shown["mode"] in ("off", "starting"):
             raise RigError(" ".join(high))
+
+
+class RestOffers:
+    """Offers to learn the arm in the rests, one in each rest, and what was learned."""
+
+    def __init__(self, page: TerminalPage, keyboard: Keyboard):
+        """Begin without an offer."""
+        self._page, self._keyboard = page, keyboard
+        self._offered: int | None = None
+        self._was_active = self._is_open = False
+
+    def look(self) -> None:
+        """Offer a rest, request it when Enter is pressed, or say what it has taught. Call it twice a second."""
+        state, rests = self._page.state, self._page.shown.get("rests")
+        if state is None or rests is None:
+            return
+        was_active, self._was_active = self._was_active, bool(rests["is_active"])
+        if was_active and not rests["is_active"]:
+            self._keyboard.say(" ".join(sentence["text"] for sentence in rests["sentences"]))
+        window = self._window_after_rest(state["run"])
+        if window is None or rests["is_active"] or rests["why_not"]["text"]:
+            return
+        if self._offered != window:
+            self._offered = window
+            self._keyboard.say(
+                "The rest is long enough to learn the arm. If the arm is relaxed and has room, press Enter within "
+                "the rest: the machine moves it for 10 s."
+            )
+            self._is_open = True
+            while not self._keyboard.is_simulated and self._keyboard.is_pressed():
+                pass  # lines from before the offer
+        elif self._is_open and self._keyboard.is_pressed():
+            self._is_open = False
+            why = self._page.act("learn_rest")
+            self._keyboard.say(why or "The machine learns the arm in this rest.")
+
+    def _window_after_rest(self, run: dict[str, Any]) -> int | None:
+        """Return the number of the window after this rest; None without a rest, or if too little of it is left."""
+        countdown_s = run["countdown_s"]
+        is_rest = run["status"] == "running" and run["phase"] != "window" and countdown_s is not None
+        return run["window"] if is_rest and countdown_s >= REST_NEEDED_S else None
 
 
 def stream_text(stream: Mapping[str, Any]) -> str:

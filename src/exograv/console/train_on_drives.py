@@ -98,7 +98,9 @@ def run_training_on_drives(
         try:
             is_automatic = options.simulate and not sys.stdin.isatty()
             keyboard = Keyboard(say, is_over, is_automatic)
-            outcome.append(TerminalSession(page, keyboard, options.resume, options.stimulus is not None).run())
+            awaits_page = options.stimulus is not None
+            session = TerminalSession(page, keyboard, options.resume, awaits_page, options.learn_in_rests)
+            outcome.append(session.run())
         except SessionEndedError:
             say("The session was ended before its end.")
         finally:

@@ -41,6 +41,13 @@ CARRIED = frozenset({"floating", "weighing"})
 WAITS_AFTER_S, SILENT_MAX_S = 0.25, 1.0
 """Age of the machine's newest tick above which a run waits, and above which it is paused [s]."""
 
+REST_NEEDED_S = 60.0
+"""Shortest time to the next window in which the machine begins to learn in a rest [s].
+
+The motion takes some 20 s, the computation 5 s, the ramps of the weight at both ends 10 s, and the weight of the window
+is taken 7 s before it opens. The rest is for a busy computer.
+"""
+
 ASKS_BEFORE_S = 30.0
 """Time before a pull-up from which on the participant's page asks for consent [s]."""
 
@@ -138,10 +145,27 @@ class ProtocolTrial:
             why = say("trial.not_agreed")
             self.run.feed(Pause(t=t, why=why))
             return why
-        if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
+        is_in_rest = is_learning(shown) and self.run.state.window is None
+        if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED or is_in_rest:
             return ""
         self.run.feed(Pause(t=t, why=f"The machine: {shown.mode_text}"[:500]))
         return say("trial.paused")
+
+    def why_no_rest(self, t: float) -> str:
+        """Return the reason why the machine may not learn in a rest now; empty if the run allows it.
+
+        While the run is paused, or has not begun, no window opens by itself.
+        """
+        if self.plan.protocol.opening == "aircraft":
+            return say("console.in_flight")
+        if self.run.state.window is not None:
+            return say("trial.window_open")
+        if not self.is_running:
+            return ""
+        countdown_s = self.operator(t).countdown_s
+        if countdown_s is not None and countdown_s < REST_NEEDED_S:
+            return say("trial.window_soon", seconds=f"{REST_NEEDED_S:.0f}", left=f"{countdown_s:.0f}")
+        return ""
 
     def agreed(self, t: float) -> None:
         """Take note that the participant has agreed to a push, for as long as the guard accepts it."""
@@ -169,6 +193,8 @@ class ProtocolTrial:
 
     def word(self, word: RunCommand, t: float, shown: SessionSnapshot) -> str:
         """Carry out a command of the operator; return a sentence if it is refused."""
+        if word.word in ("start", "resume", "open") and is_learning(shown):
+            return say("rest.runs")
         needs_arm = word.word in ("start", "resume") and self.is_active
         if needs_arm and shown.mode not in CARRIED:
             return say("trial.needs_arm")
@@ -238,6 +264,11 @@ class ProtocolTrial:
     def operator(self, t: float) -> OperatorPicture:
         """Return the content of the operator's page."""
         return operator_picture(self.plan, self.run.state, t)
+
+
+def is_learning(shown: SessionSnapshot) -> bool:
+    """Return True while the machine learns in a rest."""
+    return shown.rests is not None and shown.rests.is_active
 
 
 def _why_refused(records: tuple[Record, ...]) -> str:

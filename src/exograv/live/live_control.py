@@ -139,7 +139,7 @@ class LiveControl:
         With `publishes_later`, a new estimate of the arm comes into force in `afterwards`; otherwise in the answer.
         """
         self._publishes_later, self._found = publishes_later, None
-        self._weights: list[Order] = []
+        self._later: list[Order] = []
         self._ordered = orders.motion(prepared.assembly, period_s) if isinstance(orders, OrderMemory) else orders
         self._is_steered, self._is_first, self._gravity_level = is_steered, is_first, gravity_level
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
@@ -211,17 +211,23 @@ class LiveControl:
             self._tell(float(state["now"]), reference.q)
 
     def afterwards(self) -> None:
-        """Put a new estimate and ordered weights into force, with a ramp, and look for drift.
+        """Put a new estimate, an ordered arm and ordered weights into force, with a ramp, and look for drift.
 
         Both take longer than a tick has left before its answer.
         """
         self._publish_found()
-        for order in self._weights:
-            assert order.mass_kg is not None
-            self._controller.carry(order.place, order.mass_kg, self._feedback.q)
-        self._weights.clear()
+        for order in self._later:
+            self._put_into_force(order)
+        self._later.clear()
         if self._ordered is None or self._ordered.is_load_known:
             self._drift.take(self._state["q"], self._actuators.torque(self._state["current"]))
+
+    def _put_into_force(self, order: Order) -> None:
+        if order.mass_kg is not None:
+            self._controller.carry(order.place, order.mass_kg, self._feedback.q)
+        is_taken = order.x is None or self._controller.publish(np.array(order.x), self._feedback.q)
+        if self._ordered is not None and not is_taken:
+            self._ordered.refuse(order)
 
     def _publish_found(self) -> None:
         if self._found is not None:
@@ -249,8 +255,8 @@ class LiveControl:
             return
         was_known = ordered.is_load_known
         while (order := ordered.take(self._state["q"])) is not None:
-            if order.mass_kg is not None:
-                self._weights.append(order)
+            if order.mass_kg is not None or order.x is not None:
+                self._later.append(order)
         if ordered.is_load_known is not was_known:
             self._drift.restart()
 
@@ -300,6 +306,8 @@ class LiveControl:
             self._has_begun = True  # The recording begins with one tick in mode `OFF`.
         elif event is not None and modes.take(event) and event is Event.TAKE_ARM:
             self._rested_s, self._q_ramp = 0.0, q.copy()
+            if self._ordered is not None:
+                self._ordered.discard()
             if self._lesson is not None:
                 self._lesson.prepare(self._q_ramp)
         modes.step(self._period_s, float(np.abs(q - self._q_ramp).max()), float(np.abs(v).max()))

@@ -1,15 +1,13 @@
 """Machine of a live run whose arm a procedure moves: orders to control, limits to the guard, and ticks back."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from exograv.dynamics.parameters import Parameters
-from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
-from exograv.loop.bridged_listener import BRIDGED_TICKS, between
 from exograv.loop.moved_machine import Heard
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.loop.pilot import Progress
@@ -17,8 +15,8 @@ from exograv.model.arm import WeightPlace, summed_weights
 from exograv.motion import Planned
 from exograv.runtime.processes.shared_memory import MessageRing, Ring
 
-from .live_procedure import OVER, LiveFloat
-from .procedure_orders import Order, written_order
+from .live_procedure import LiveFloat
+from .order_line import OrderLine, shown_as
 
 Joints = np.ndarray
 
@@ -45,9 +43,9 @@ class LiveMoved:
             period_s: Period of the machine [s].
             progress: Function that shows the progress.
         """
-        self.floating, (self._orders, self._followed) = floating, rings
+        self.floating, self._line = floating, OrderLine(*rings)
         self.model, self._limits, self._period_s, self.progress = model, limits, period_s, progress
-        self._number, self._taken, self._is_load_known = 0, 0, True
+        self._is_load_known = True
         self._weights: dict[WeightPlace, float] = {}
 
     @property
@@ -103,19 +101,13 @@ class LiveMoved:
 
     def follow(self, path: Planned, text: str, heard: Heard | None = None) -> None:
         """Move the arm along a path, and give each tick to `heard`; few ticks without a sample are interpolated."""
-        number, before, seen = self.order(is_led=True, path=path), np.zeros((2, len(self.q))), -1
-        while seen < len(path) - 1:
-            self.floating.wait()
-            for tick, values in self._ticks(number):
-                if tick >= len(path):
-                    seen = tick
-                    break
-                ticks = tick - seen if seen >= 0 and tick - seen <= BRIDGED_TICKS else 1
-                if heard is not None:
-                    for k in range(1, ticks + 1):
-                        heard(*between(before, values, k / ticks))
-                before, seen = values, tick
-            self.progress(text, max(min(seen / len(path), 1.0), 0.0))
+        number = self.order(is_led=True, path=path)
+
+        def take(_tick: int, q: Joints, tau: Joints) -> None:
+            if heard is not None:
+                heard(q, tau)
+
+        self._line.watch(self.floating, number, path, take, shown_as(text, self.progress))
 
     def expect_weight(self, x: Parameters, place: WeightPlace, v_motion: float) -> None:
         """Prepare the guard for an unknown weight at `place`. The drift monitor is silent from now on."""
@@ -144,23 +136,8 @@ class LiveMoved:
         Raises:
             RigError: Control takes no orders any more.
         """
-        self.new_rows()  # Ticks of an earlier order must not fill the ring.
-        self._number += 1
-        order = Order(self._number, is_led, is_load_known=self._is_load_known, **more)
-        self.floating.write("/control", self.floating.t, {"act": "order", **written_order(order)})  # for a replay
-        if not self._orders.put(order):
-            raise RigError(OVER)
-        return self._number
-
-    def _ticks(self, number: int) -> Iterator[tuple[int, Joints]]:
-        """Yield the new ticks on the path of an order: number on the path, position and torque (2, joint)."""
-        for row in self.new_rows():
-            if row["order"] == number and row["tick"] >= 0:
-                yield int(row["tick"]), np.array([row["q"], row["tau"]])
+        return self._line.send(self.floating, is_led=is_led, is_load_known=self._is_load_known, **more)
 
     def new_rows(self) -> np.ndarray:
         """Take the ticks that have arrived, and free their places."""
-        rows = self._followed.take()
-        self._taken += len(rows)
-        self._followed.acknowledge(self._taken)
-        return rows
+        return self._line.new_rows()

@@ -8,7 +8,7 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Any
 
@@ -41,6 +41,7 @@ ENDS_S = 5.0
 
 STOPPED = "The machine was stopped before the procedure was complete."
 OVER = "The run ended before the procedure was complete."
+GIVEN_BACK = "The arm was given back before the procedure was complete."
 LATE = "The time of the run was over before the procedure was complete."
 
 Joints = np.ndarray
@@ -50,7 +51,12 @@ class LiveFloat:
     """`FloatingMachine` of a live run, by the guard's messages to control."""
 
     def __init__(
-        self, running: Running, controller: ArmController, is_over: threading.Event, longest_s: float = math.inf
+        self,
+        running: Running,
+        controller: ArmController,
+        is_over: threading.Event,
+        longest_s: float = math.inf,
+        works_in: Collection[Mode] = MODES,
     ):
         """Open the memory of the guard's messages.
 
@@ -59,10 +65,11 @@ class LiveFloat:
             controller: Controller of this process, which draws the arm and commands nothing.
             is_over: Event that ends each wait, because the run is over.
             longest_s: Time of the machine's clock from its first state on, after which a wait fails [s].
+            works_in: Modes in which a wait goes on; it fails in another mode.
         """
         joints = running.recorder.inlet.n_joints
         self._running, self._controller, self._is_over = running, controller, is_over
-        self._longest_s, self._begun_at = longest_s, math.nan
+        self._longest_s, self._begun_at, self._works_in = longest_s, math.nan, works_in
         # Mailboxes of this thread: the session closes its own ones at the end of the run.
         self._states = Mailbox(state_dtype(joints), running.states.name)
         self._answers = Mailbox(answer_dtype(joints), running.answers.name)
@@ -99,6 +106,12 @@ class LiveFloat:
         """Share of the feedback in control's newest answer [-]."""
         answer = self._answers.read()
         return 0.0 if answer is None else float(answer[1]["drive"])
+
+    @property
+    def mode(self) -> Mode | None:
+        """Mode in control's newest answer; None before the first answer."""
+        answer = self._answers.read()
+        return None if answer is None else MODES[int(answer[1]["mode"])]
 
     @property
     def learned(self) -> LearnedArm:
@@ -171,7 +184,7 @@ class LiveFloat:
         """Wait for the next state of the guard.
 
         Raises:
-            RigError: The machine was stopped, or the run or its time is over.
+            RigError: The machine was stopped or gave the arm back, or the run or its time is over.
         """
         until = time.monotonic() + HANGS_S
         while True:
@@ -183,6 +196,8 @@ class LiveFloat:
                 self._begun_at = self.t if math.isnan(self._begun_at) else self._begun_at
                 if self.t - self._begun_at > self._longest_s:
                     raise RigError(LATE)
+                if (mode := self.mode) is not None and mode not in self._works_in:
+                    raise RigError(GIVEN_BACK)
                 return
             if self._is_over.is_set() or time.monotonic() > until:
                 raise RigError(OVER)
@@ -194,7 +209,7 @@ class LiveFloat:
         is_learned = worker is not None and worker.learned is not None and int(self._state["persons"]) > 0
         if not is_learned or answer is None:
             return False
-        return MODES[int(answer[1]["mode"])] is Mode.FLOATING and float(answer[1]["drive"]) == 0.0
+        return self.mode is Mode.FLOATING and float(answer[1]["drive"]) == 0.0
 
 
 Performed = Callable[[LiveFloat, Progress], object]

@@ -13,7 +13,7 @@ import numpy as np
 from exograv.model.arm import WeightPlace
 from exograv.model.assembly import Assembly
 from exograv.model.description import ArmSide, RigDescription
-from exograv.motion import Cycles, Passage, Planned, Trajectory
+from exograv.motion import Cycles, Harmonics, Passage, Planned, Trajectory
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.procedures.rehabilitation.guided.guided_arm import LedBy
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
@@ -32,7 +32,7 @@ FOLLOWED_MAX = 1 << 15
 
 STATES = tuple(GripOutcome)
 
-PATHS: Mapping[str, type[Planned]] = {"passage": Passage, "cycles": Cycles}
+PATHS: Mapping[str, type[Planned]] = {"passage": Passage, "cycles": Cycles, "harmonics": Harmonics}
 """Kinds of paths, by their names in a recording."""
 
 
@@ -68,6 +68,9 @@ class Order:
     mass_kg: float | None = None
     """Weight at `place` that control carries from now on [kg]; None to change no weight."""
 
+    x: tuple[float, ...] | None = None
+    """Parameters of the arm that control carries from now on, by a ramp; None to keep those in force."""
+
     is_load_known: bool = True
     """False while an unknown weight or another person may act on the arm: the drift monitor would see a fault."""
 
@@ -97,14 +100,16 @@ def _read_path(message: Mapping[str, Any]) -> Planned:
 def followed_dtype(joints: int) -> np.dtype:
     """Return the type of a tick in which control carries out an order.
 
-    `order` is the number of the order. `tick` counts on its path, and -1 is the time before the feedback is there.
-    `state` is the index of the guide's state in `GripOutcome`; it and the fields after it belong to a guide.
+    `order` is the number of the order. `refused` is the number of the last order whose arm control has refused. `tick`
+    counts on its path, and -1 is the time before the feedback is there. `state` is the index of the guide's state in
+    `GripOutcome`; it and the fields after it belong to a guide.
     """
     per_joint = (joints,)
     return np.dtype(
         [
             ("now", "<f8"),
             ("order", "<i8"),
+            ("refused", "<i8"),
             ("tick", "<i8"),
             ("q", "<f8", per_joint),
             ("tau", "<f8", per_joint),
@@ -244,6 +249,16 @@ class OrderedMotion:
     def drop(self) -> None:
         """Forget the order in force, because the machine was stopped."""
         self.order = self._guide = None
+
+    def discard(self) -> None:
+        """Forget all orders, taken or not: an order from before must not move an arm that is taken again."""
+        self.drop()
+        while self._next() is not None:
+            self.count += 1
+
+    def refuse(self, order: Order) -> None:
+        """Tell the procedure that control keeps its arm in place of that of an order."""
+        self._row["refused"] = order.number
 
     def reference(self, now: float, drive: float, q: Joints, v: Joints) -> Reference:
         """Return the reference at a time [s], with the arm at `q` [rad] and velocity `v` [rad/s].

@@ -3,6 +3,7 @@
 from array import array
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -195,6 +196,9 @@ class LiveReplay:
             return None
         with readable(self._recorded.recording.path):
             order = read_order(self._acts["order"][self._given])
+            if order.x is not None:
+                other = self._instead.parameters(np.array(order.x), self._machine, self._recorded.assembly)
+                order = replace(order, x=tuple(other.tolist()))
         self._given += 1
         return order
 

@@ -14,6 +14,7 @@ import pytest
 from tests.waiting import wait_until
 
 from exograv.experiment.steered import live_session, process_state
+from exograv.experiment.steered.flight_rests import FlightRests
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.live.live_control import LivePlan
@@ -132,10 +133,14 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Processes:
 
         def lateness(self) -> None: ...
 
+    no_rests = Mock(spec=FlightRests, is_active=False)
+    no_rests.view.return_value = no_rests.work.return_value = None
+    no_rests.before_take.return_value = ""
     recorder = contextlib.nullcontext(SimpleNamespace(inlet=None, check=lambda: None))
     monkeypatch.setattr(live_session, "Recorder", lambda *_, **__: recorder)
     for name, replacement in (
         ("fly", made.fly), ("FlightMemoryView", View), ("ArmController", lambda *_: None),
+        ("LiveRests", lambda *_: None), ("FlightRests", lambda *_: no_rests),
         ("parts_of", lambda *_, **__: None), ("settings_of", lambda *_: {}),
         ("told", lambda _row, n: process_state.told(None, n)),
     ):  # fmt: skip

@@ -15,6 +15,7 @@ from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.prepared_machine import PreparedMachine
 from exograv.experiment.steered.requests import ACT, Answer
 from exograv.experiment.steered.session_controller import SessionController
+from exograv.experiment.steered.view_models import RestLearning
 from exograv.laboratory.preparation import Preparation
 from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.procedures.identification.warm_start import FROM_FILE_S
@@ -43,7 +44,7 @@ class Operator:
 
     def act(self, kind: str, **fields) -> Answer:
         self._number += 1
-        if kind in ("make_ready", "take_arm", "identify", "reset", "don"):
+        if kind in ("make_ready", "take_arm", "identify", "reset", "don", "learn_rest"):
             fields.setdefault("seen_version", self.desk.shown().version)
         made = {"kind": kind, "id": f"act-{self._number:06d}", "made_at_s": self.desk.now(), **fields}
         return self.desk.act(ACT.validate_python(made), "operator")
@@ -55,6 +56,36 @@ class Operator:
             return self.desk.shown().mode == mode
 
         wait_until(is_in_mode, lambda: self.desk.shown().mode_text, SOON_S, KEEP_S)
+
+    def float_identified(self) -> None:
+        """Make the machine ready, identify the arm, and wait until it floats."""
+        self.until("off")
+        self.act("make_ready")
+        self.until("exo_only")
+        assert self.act("identify").taken
+        self.until("moving")
+        self.until("floating")
+
+    def rests(self) -> RestLearning:
+        rests = self.desk.shown().rests
+        assert rests is not None
+        return rests
+
+    def begin_rest(self) -> None:
+        """Begin to learn in a rest as soon as that is prepared."""
+
+        def begins() -> bool:
+            self.desk.keep()
+            return self.act("learn_rest").taken
+
+        wait_until(begins, lambda: self.rests().why_not, SOON_S, KEEP_S)
+
+    def until_rest_is_over(self) -> None:
+        def is_over() -> bool:
+            self.desk.keep()
+            return not self.rests().is_active
+
+        wait_until(is_over, lambda: self.desk.shown().work, SOON_S, KEEP_S)
 
     def kept(self) -> str:
         """Wait until the estimate is stored, and return the participant's code."""

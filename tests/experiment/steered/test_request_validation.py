@@ -20,7 +20,7 @@ POSSIBLE: dict[Mode, set[str]] = {
     Mode.SELF_TEST: {"switch_off", "set_level"},
     Mode.EXO_ONLY: {"make_ready", "take_arm", "switch_off", "set_level"},
     Mode.RAMP_IN: {"give_back", "set_level"},
-    Mode.FLOATING: {"give_back", "set_level", "agree"},
+    Mode.FLOATING: {"give_back", "set_level", "learn_rest", "agree"},
     Mode.MOVING: {"give_back"},
     Mode.WEIGHING: {"give_back"},
     Mode.RAMP_OUT: set(),
@@ -55,6 +55,13 @@ def test_the_weight_of_an_arm_is_not_set_before_its_file_was_checked():
     unchecked = standing(Mode.EXO_ONLY, is_learned=False)
     assert "checked" in why_not("set_level", unchecked)
     assert why_not("take_arm", unchecked) == ""
+
+
+def test_while_the_machine_learns_in_a_rest_the_weight_stays_and_the_arm_may_be_given_back():
+    resting = standing(Mode.FLOATING, is_in_rest=True, why_no_rest="The machine learns.")
+    assert "learns the arm in this rest" in why_not("set_level", resting)
+    assert why_not("learn_rest", resting) == "The machine learns."
+    assert why_not("give_back", resting) == why_not("stop", resting) == ""
 
 
 def test_an_arm_that_is_not_known_can_only_be_identified():

@@ -2,7 +2,7 @@
 import { drawWindows, Hits } from "./hits.js";
 import { Heart } from "./heart.js";
 import { Line, now } from "./line.js";
-import { choose, clockText, learning, listAlarms } from "./parts.js";
+import { choose, clockText, learning, listAlarms, rests } from "./parts.js";
 import { COLOURS, Plot } from "./plot.js";
 import { View3d } from "./view3d.js";
 import { gravityLevelOf, showSupport, supportText } from "./support.js";
@@ -63,6 +63,7 @@ function takeState(message) {
   showButtons(shown, run);
   showKnob(shown);
   learning(shown);
+  rests(shown);
   showWork(shown);
   at("late").textContent = shown.lateness
     ? say("console.late", mapped(shown.lateness, { p50: "p50_us", p99: "p99_us", max: "max_us" }))
@@ -320,7 +321,7 @@ function wire() {
 }
 
 function versionFor(kind) {
-  return ["make_ready", "take_arm", "identify", "reset"].includes(kind) ? state?.shown.version : undefined;
+  return ["make_ready", "take_arm", "identify", "reset", "learn_rest"].includes(kind) ? state?.shown.version : undefined;
 }
 
 function links() {

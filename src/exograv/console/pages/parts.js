@@ -66,6 +66,22 @@ export function learning(shown) {
   at("learning-help").textContent = learned?.help.text ? `${farthest}${sentence(learned.help)}` : "";
 }
 
+// What the rests have taught: stated residual torque before and now beside its target, and what the operator may do.
+export function rests(shown) {
+  const { rests: told } = shown;
+  at("rests").hidden = !told || told.before_Nm.length === 0;
+  if (at("rests").hidden) return;
+  at("rests-done").textContent = say("console.rests_done", { rests: told.rests, seconds: number(told.motion_s) });
+  const worst = Math.max(0.3, ...told.before_Nm, ...told.stated_Nm, ...told.target_Nm);
+  const rows = told.stated_Nm.map((value, i) => {
+    const joint = nameOf("joint", shown.joints[i] ?? "");
+    return restRow(joint, value, told.before_Nm[i], told.target_Nm[i], worst);
+  });
+  at("rests-stated").replaceChildren(...rows);
+  at("rests-said").textContent = told.sentences.map(sentence).join(" ");
+  at("rests-why").textContent = sentence(told.why_not);
+}
+
 function parameterRow(parameter) {
   const reach = 1.6 * Math.max(parameter.prior_half_width, parameter.half_width, Math.abs(parameter.mean - parameter.prior));
   const x = (value) => 100 * (0.5 + (0.5 * (value - parameter.prior)) / (reach || 1));
@@ -82,6 +98,12 @@ function leftOverRow(joint, value, before, worst) {
   const bar = interval([["prior", 0, (100 * before) / worst], ["now", 0, (100 * value) / worst]]);
   const text = `${number(value, 2)} (${say("console.before", { value: number(before, 2) })})`;
   return row(joint, bar, text);
+}
+
+function restRow(joint, value, before, target, worst) {
+  const spans = [["prior", 0, (100 * before) / worst], ["now", 0, (100 * value) / worst]];
+  const text = `${number(before, 2)} → ${number(value, 2)} / ${number(target, 2)}`;
+  return row(joint, interval(spans, (100 * target) / worst), text);
 }
 
 function row(name, bar, value) {

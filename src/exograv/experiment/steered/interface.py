@@ -64,6 +64,10 @@ class SteeredFlight(Protocol):
         """Ask for another felt share of the arm's weight, and wait for the guard's answer."""
         ...
 
+    def learn_in_rest(self) -> str:
+        """Begin to move the floating arm and to learn it. Return the reason of a refusal; the motion goes on."""
+        ...
+
     def agree(self) -> str:
         """Tell the guard that the participant agrees to a push, and wait for its answer."""
         ...

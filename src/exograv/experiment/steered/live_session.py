@@ -16,6 +16,8 @@ from exograv.errors import ExogravError, RecordingError
 from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import parts_of, settings_of
 from exograv.live.live_processes import LiveResult, Running, fly
+from exograv.live.live_rests import LiveRests
+from exograv.live.order_line import OrderLine, order_line
 from exograv.loop.arm_controller import ArmController
 from exograv.model.scene import SceneDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -31,6 +33,7 @@ from exograv.runtime.ros2.streaming import Streaming
 from exograv.safety.modes import Event, Mode
 from exograv.signals import Reference
 
+from .flight_rests import FlightRests
 from .interface import FlightMoment
 from .memory_view import FlightMemoryView
 from .options import SteeredOptions
@@ -134,6 +137,7 @@ class LiveFlight:
             recorded=state.recorded(),
             streams=state.streams(),
             learning=state.learning(),
+            rests=None if state.rests is None else state.rests.view(),
             failure=state.failure,
             warnings=state.warnings,
             doing=state.doing,
@@ -171,8 +175,15 @@ class LiveFlight:
             state.asked_s, state.is_waiting, state.warnings = self.now(), False, ()
             self._is_requested.set()
             return ""
+        if event is Event.TAKE_ARM and (why := self._before_take(state)):
+            return why
         number = next(self._numbers)
         return self._said(GuardRequest(number, event), number)
+
+    def learn_in_rest(self) -> str:
+        """Move the floating arm, and learn it. The motion goes on in a thread."""
+        rests = self._state.rests
+        return say("guard.absent") if rests is None else rests.ask()
 
     def stop(self) -> None:
         """Let the arm down. The guard reads the command in its next tick."""
@@ -182,16 +193,27 @@ class LiveFlight:
                 running.line.send(DescentCommand(next(self._numbers)))
 
     def feel(self, gravity_level: float, ramp_s: float) -> str:
+        """Ask the guard for a gravity level, except while the machine learns in a rest."""
+        state = self._state
+        if state.rests is not None and state.rests.is_active:
+            return say("rest.runs")
+        why = self._felt(gravity_level, ramp_s)
+        if not why:
+            state.level_asked = gravity_level
+        return why
+
+    def _felt(self, gravity_level: float, ramp_s: float = 0.0) -> str:
         """Ask the guard for a gravity level. The request is recorded before it is sent, because a replay needs it."""
         state, number = self._state, next(self._numbers)
         row = None if state.watching is None else state.watching.newest
         if state.running is not None and row is not None:
             message = {"act": "level", "gravity_level": gravity_level, "ramp_s": ramp_s}
             state.running.recorder.write("/control", float(row["now"]), message)
-        why = self._said(FeltLevel(gravity_level, ramp_s, number), number)
-        if not why:
-            state.level_asked = gravity_level
-        return why
+        return self._said(FeltLevel(gravity_level, ramp_s, number), number)
+
+    def _before_take(self, state: ProcessState) -> str:
+        row = None if state.watching is None else state.watching.newest
+        return "" if state.rests is None or row is None else state.rests.before_take(float(row["now"]))
 
     def agree(self) -> str:
         """Pass the participant's consent on to the guard, and return its answer."""
@@ -293,7 +315,7 @@ class LiveFlight:
             except Exception as error:  # noqa: BLE001 - the pages must say of any error that the session is lost
                 state.failure = say("flight.error", error=f"{type(error).__name__}: {error}")
                 traceback.print_exc()
-            state.running = None
+            state.running = state.rests = None
 
     def _donned(self, place: SteeredMachine, participant: str | None, identify_s: float) -> RequestedParticipant:
         """Request for a person. With a file that may be used the arm is only checked, otherwise it is identified."""
@@ -309,7 +331,7 @@ class LiveFlight:
     def _flown(self, state: ProcessState, prepared: ControllerKnowledge) -> ProcessState:
         """Run the processes until they end. Return the state that follows: of a failure, or of a machine that waits."""
         flown = self._fly(state, prepared, self._free_path())
-        state.running = None
+        state.running = state.rests = None
         if flown is None or self._is_ending:
             return state
         why = state.place.ended(flown)
@@ -333,7 +355,8 @@ class LiveFlight:
     def _fly(self, state: ProcessState, prepared: ControllerKnowledge, path: Path) -> LiveResult | None:
         options, place = self._options, state.place
         with contextlib.ExitStack() as stack:
-            plan = place.people.plan(state.who, prepared, place.rig(prepared), stack, place.machine_key())
+            line, memory = order_line(len(place.description.joints), stack)
+            plan = place.people.plan(state.who, prepared, place.rig(prepared), stack, place.machine_key(), memory)
             streaming = self._streaming(state, plan, stack)
             if not self._is_to_begin(state):
                 return None
@@ -341,6 +364,7 @@ class LiveFlight:
             self._controller = ArmController(
                 prepared.assembly, prepared.machine, plan.prepared.x, 1e-9 * plan.period_ns
             )
+            state.rests = self._rests(state, plan, line, stack)
             recorder = stack.enter_context(
                 Recorder(
                     path,
@@ -366,6 +390,16 @@ class LiveFlight:
             parts = parts_of(plan, is_tested=place.starts_on_request)
             return fly(parts, options.session_s, recorder, progress, started, streaming.listening, hears=self._hear)
 
+    def _rests(
+        self, state: ProcessState, plan: LivePlan, line: OrderLine, stack: contextlib.ExitStack
+    ) -> FlightRests | None:
+        """Prepare to learn in the rests."""
+        rests, controller = LiveRests(plan.prepared, line, 1e-9 * plan.period_ns), self._controller
+        if controller is None:
+            return None
+        made = FlightRests(rests, plan.description, controller, self._felt, lambda: state.level_asked)
+        return stack.enter_context(contextlib.closing(made))
+
     def _streaming(self, state: ProcessState, plan: LivePlan, stack: contextlib.ExitStack) -> Streaming:
         """Find the streams of other devices to record, before the motors are on.
 
@@ -383,6 +417,8 @@ class LiveFlight:
     def _look_after(self, state: ProcessState, running: Running) -> None:
         """Check recorder and worker, several times per second, in the parent's thread."""
         state.recording = running.recorder.check()
+        if state.rests is not None:
+            state.rests.look(running)
         if state.plan is not None:
             state.keeping.look(running.worker, running.line.send, partial(state.place.people.keep, state.plan.prepared))
         left, warnings = self._options.session_s - (self.now() - state.begun_s), []

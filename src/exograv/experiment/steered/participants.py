@@ -14,6 +14,7 @@ from exograv.live.learned_person import learned_person
 from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import lesson_plan
 from exograv.live.live_identification import person_believed, unknown_person
+from exograv.live.procedure_orders import OrderMemory
 from exograv.model.assembly import Assembly
 from exograv.model.wearer_form import WearerForm
 from exograv.options import Side
@@ -93,6 +94,7 @@ class ParticipantFiles:
         rig: Callable[[], Rig],
         stack: contextlib.ExitStack,
         key: MachineKey | None = None,
+        orders: OrderMemory | None = None,
     ) -> LivePlan:
         """Plan of guard, control and worker; takes seconds. The worker's memory exists as long as `stack`.
 
@@ -102,6 +104,7 @@ class ParticipantFiles:
             rig: Function that builds the machine. The process that owns the machine calls it.
             stack: Owner of the worker's memory.
             key: Key that unlocks a real machine; None for the twin.
+            orders: Memory of the orders that move the identified arm; None without such orders.
 
         Raises:
             ConfigError: There is no such file any more.
@@ -130,7 +133,17 @@ class ParticipantFiles:
         )
         period_ns = round(1e9 * self.period_s)
         return LivePlan(
-            assembly.description, self.form, prepared, person, 0.0, rig, period_ns, lesson, key, is_steered=True
+            assembly.description,
+            self.form,
+            prepared,
+            person,
+            0.0,
+            rig,
+            period_ns,
+            lesson,
+            key,
+            is_steered=True,
+            orders=orders,
         )
 
     def keep(

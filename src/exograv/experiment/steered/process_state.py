@@ -27,6 +27,7 @@ from .view_models import LearnedParameter, Learning, Point, RecordingStatus, Str
 from .work_progress import identification_progress
 
 if TYPE_CHECKING:
+    from .flight_rests import FlightRests
     from .steered_machine import SteeredMachine
 
 INTERVAL = 1.96
@@ -62,6 +63,8 @@ class ProcessState:
     """True if an operator has switched a machine on drives off, which ends the run."""
     warnings: tuple[str, ...] = ()
     keeping: EstimateKeeper = field(init=False)
+    rests: "FlightRests | None" = None
+    """Learning in the rests; None before the processes start."""
     _scene: tuple[WearerForm, SceneDescription] | None = None
 
     def __post_init__(self):
@@ -111,9 +114,11 @@ class ProcessState:
         )
 
     def work(self, shown: Mapping[str, Any], is_moving: bool) -> WorkProgress | None:
-        """Calibration or identification in progress; `shown` has the values of the newest tick."""
+        """Work in progress; `shown` has the values of the newest tick."""
         if (calibrating := self.place.calibrating) is not None:
             return calibrating.work
+        if self.rests is not None and (work := self.rests.work(shown["v_rad_s"])) is not None:
+            return work
         joints = self.place.description.joints
         return identification_progress(self.learning(), is_moving, self.who.identify_s, joints, shown["v_rad_s"])
 

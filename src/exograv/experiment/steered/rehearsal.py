@@ -165,6 +165,10 @@ class RehearsedFlight:
             self._level_asked = gravity_level
             return ""
 
+    def learn_in_rest(self) -> str:
+        """Refuse: a rehearsal has no arm to learn in rests."""
+        return say("rehearsal.no_rests")
+
     def agree(self) -> str:
         """Take the participant's consent as the guard does."""
         with self._lock:

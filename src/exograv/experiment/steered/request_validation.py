@@ -51,6 +51,10 @@ class RequestContext:
     is_leased: bool
     participants: tuple[str, ...]
     sides: tuple[str, ...] = ()
+    why_no_rest: str = ""
+    """Reason why the machine cannot learn in a rest now, as far as the machine knows."""
+    is_in_rest: bool = False
+    """True while the machine learns in a rest."""
     failure: str = ""
     """Reason why no guard runs any more. Then the only possible act is a new person."""
 
@@ -77,7 +81,7 @@ def _out_of_place(kind: ActKind, s: RequestContext, mode: Mode) -> str:
         possible = mode is Mode.OFF
     elif kind == "set_level":
         possible = mode in LEVEL_IN
-    elif kind == "agree":
+    elif kind in ("agree", "learn_rest"):
         possible = mode is Mode.FLOATING
     else:
         possible = (mode, EVENTS[kind]) in TRANSITIONS or (kind == "make_ready" and mode is Mode.EXO_ONLY)
@@ -88,6 +92,10 @@ def _out_of_turn(kind: ActKind, s: RequestContext) -> str:
     """Check the order: two steps before an arm is taken, and the second step that fits the arm."""
     if kind in ("take_arm", "identify") and not s.is_ready:
         return say("desk.no_step_one")
+    if kind == "set_level" and s.is_in_rest:
+        return say("rest.runs")
+    if kind == "learn_rest":
+        return s.why_no_rest
     # An arm is identified or checked while its whole weight is carried.
     if kind == "set_level" and s.is_known and not s.is_learned:
         return say("desk.unchecked")

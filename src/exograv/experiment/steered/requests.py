@@ -129,6 +129,12 @@ class SetLevel(_Asked):
     """Shortest duration of the ramp [s]. The guard takes 5 s for the whole way from weightless to Earth."""
 
 
+class LearnRest(_Seen):
+    """Request to move the relaxed arm between two windows and to learn it. The arm floats again afterwards."""
+
+    kind: Literal["learn_rest"] = "learn_rest"
+
+
 class Agree(_Asked):
     """Consent of the participant that the machine pushes the arm down for a time, for levels above 1."""
 
@@ -160,6 +166,7 @@ Act = Annotated[
     | Reset
     | SwitchOff
     | SetLevel
+    | LearnRest
     | Agree
     | Note
     | Acknowledge,

@@ -69,6 +69,10 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
             "The machine moves the arm for {seconds} s through many postures: a share of the weight shows only in some "
             "of them, and slow and fast motion tells weight from stiffness and friction. Relax the arm."
         ),
+        "work.rest": (
+            "The machine moves the relaxed arm through other postures than before, learns it, and carries the new arm "
+            "if it is more certain. Relax the arm."
+        ),
         "work.begins": "The machine begins to move the arm.",
         "work.moves": "The machine moves the arm and weighs it on the way.",
         "work.over": "The motion ends; the arm then floats.",
@@ -80,8 +84,19 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
             "{left_over} N·m, the target is {target} N·m. Pointing does not lower it. Check the cuffs, switch off, put "
             "the person in again, and repeat the identification while the person relaxes."
         ),
+        "rest.help": "Between two windows the machine can move the relaxed arm for {seconds} s and learn it.",
+        "rest.runs": "The machine learns the arm in this rest. Wait until the arm floats.",
+        "rest.prepares": "Learning in the rests is being prepared. Ask again in some seconds.",
+        "rest.process_ended": (
+            "The machine cannot learn in rests: the process that learns has failed, or the identified arm is not "
+            "plausible. The arm in force stays. Put the person in again."
+        ),
+        "rest.not_taken": "The machine did not take the arm's whole weight in time.",
+        "rest.ended_early": "The motion in the rest ended early, and the arm in force stays: {why}",
+        "rest.unlearned": "Identify or check the arm first. The machine learns in rests from then on.",
         "learning.reached": "All joints are within their targets. No further motion is needed.",
         "rehearsal.not_agreed": "Not agreed yet: the arm may not be pushed down.",
+        "rehearsal.no_rests": "A rehearsal does not learn in rests.",
         "rehearsal.still_down": "The arm is still coming down.",
         "rehearsal.identified": "The arm is identified.",
     }

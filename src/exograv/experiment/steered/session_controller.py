@@ -19,6 +19,7 @@ from .requests import (
     Agree,
     Answer,
     DonRequest,
+    LearnRest,
     MakeReady,
     Note,
     SetLevel,
@@ -124,6 +125,8 @@ class SessionController:
             return self._flight.feel(act.gravity_level, act.ramp_s)
         if isinstance(act, Agree):
             return self._flight.agree()
+        if isinstance(act, LearnRest):
+            return self._flight.learn_in_rest()
         if isinstance(act, DonRequest):
             return self._flight.don(act)
         why = self._flight.ask(EVENTS[act.kind])
@@ -155,6 +158,8 @@ class SessionController:
             is_leased,
             moment.participants,
             moment.sides,
+            say("rest.unlearned") if moment.rests is None else moment.rests.why_not,
+            moment.rests is not None and moment.rests.is_active,
             moment.failure,
         )
 

@@ -26,6 +26,7 @@ ActKind = Literal[
     "reset",
     "switch_off",
     "set_level",
+    "learn_rest",
     "agree",
     "note",
     "acknowledge",
@@ -78,10 +79,30 @@ class Learning(Settings):
     """Sentence about what the operator may do for a better estimate."""
 
 
-class WorkProgress(Settings):
-    """Progress of a calibration or an identification, which take longer than a person waits without a reason."""
+class RestLearning(Settings):
+    """Learning in the rests: what the machine has learned by moving the relaxed arm between two windows."""
 
-    kind: Literal["calibration", "identification"]
+    is_active: bool
+    """True from the request until the arm floats again."""
+    why_not: SentenceText = ""
+    """Reason why the machine cannot learn in a rest now; empty if it can, as far as the machine knows."""
+    rests: int = 0
+    """Number of motions."""
+    motion_s: float = 0.0
+    """Motion that the estimate uses [s]."""
+    before_Nm: tuple[float, ...] = ()
+    """Residual torque per joint that the arm stated before the first rest; empty before it is known."""
+    stated_Nm: tuple[float, ...] = ()
+    """Residual torque per joint that the carried arm states now."""
+    target_Nm: tuple[float, ...] = ()
+    sentences: tuple[SentenceText, ...] = ()
+    """Decision after the last rest, its certainty, and what the operator may do."""
+
+
+class WorkProgress(Settings):
+    """Progress of work that takes longer than a person waits without a reason."""
+
+    kind: Literal["calibration", "identification", "rest"]
     phase: SentenceText
     """Sentence about the present phase."""
     joint: str | None
@@ -168,8 +189,10 @@ class MachineSnapshot(Settings):
     recorded: RecordingStatus | None = None
     streams: tuple[StreamView, ...] = ()
     learning: Learning | None = None
+    rests: RestLearning | None = None
+    """Learning in the rests; absent where the machine cannot."""
     work: WorkProgress | None = None
-    """Calibration or identification in progress."""
+    """Calibration, identification or motion in a rest in progress."""
     age_s: float = 0.0
     """Age of the machine's newest report [s]. Old values must not pose as the present state."""
 

@@ -102,9 +102,10 @@ class TrainOptions(WornOptions):
     identify_again: Annotated[bool, Acts(lambda all_: all_.check_every, "with --check-every")] = False
     """Identify the arm again by the motion of a check that finds a change."""
 
-    learn_in_rests: Annotated[bool, IN_LOCK_STEP] = False
-    """Begin with the arm of the table, or of the person's file, without identification. In each rest the machine moves
-    the relaxed arm for 10 s, learns it, and carries the new arm where it is more certain."""
+    learn_in_rests: bool = False
+    """Move the relaxed arm for 10 s in each rest, learn it, and carry the new arm where it is more certain. In
+    lock-step the session begins without identification, with the arm of the table or of the person's file; on drives it
+    begins with the identification, and the operator presses Enter in each rest."""
 
     emg: Annotated[
         bool,

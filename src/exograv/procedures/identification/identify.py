@@ -15,7 +15,7 @@ from exograv.loop.pilot import Pilot
 from exograv.loop.tick_sample import TickSample
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Excitation
-from exograv.motion import Trajectory
+from exograv.motion import Harmonics, Trajectory
 
 from .check_motion import PlannedCheck, check_tour, excitation_s, unused_postures
 from .estimator_session import Belief, EstimatorSession, Identification, restless_text
@@ -53,16 +53,20 @@ def excitation_motion(
     assembly: Assembly, seconds: float, dt: float, excitation: Excitation | None = None
 ) -> Trajectory:
     """Excitation of the machine, or another, from rest to rest in `seconds`, without a check."""
-    excitation = excitation or assembly.description.excitation
-    path = motion.fourier(
+    return planned_excitation(excitation or assembly.description.excitation, seconds, dt).table()
+
+
+def planned_excitation(excitation: Excitation, seconds: float, dt: float) -> Harmonics:
+    """Return an excitation from rest to rest in `seconds`, computed tick by tick."""
+    return Harmonics(
         np.deg2rad(excitation.centre_deg),
         np.deg2rad(excitation.sine_deg),
         np.deg2rad(excitation.cosine_deg),
         excitation.period_s,
-        seconds - EASE_S / 2,
+        seconds,
+        EASE_S,
         dt,
     )
-    return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
 
 
 class Identifier:

@@ -29,12 +29,13 @@ from exograv.loop.mode_ramp import fade
 from exograv.loop.phases import REST_LEARNING
 from exograv.loop.pilot import Pilot
 from exograv.model.arm import is_plausible
+from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Excitation
-from exograv.motion import Trajectory
+from exograv.motion import Harmonics, Trajectory
 from exograv.storage.session_checkpoint import CheckedArm, KeptArm, KeptRests, KnownPerson
 
 from .estimator_session import Belief, build_method
-from .identify import excitation_motion
+from .identify import planned_excitation
 from .muscle_source import MuscleSource
 from .sample_observers import HeldOutError
 from .session_watch import MeansListener
@@ -158,9 +159,8 @@ class RestLearner:
         self.x, self.covariance = x, covariance
 
     def path(self, dt: float, seconds: float = REST_MOTION_S) -> Trajectory:
-        """Return the motion of the coming rest: `seconds` of the machine's excitation, from another phase each time."""
-        assembly = self._model.assembly
-        return excitation_motion(assembly, seconds, dt, shifted(assembly.description.excitation, self.rests * SHIFT))
+        """Return the motion of the coming rest as a table."""
+        return rest_motion(self._model.assembly, self.rests, dt, seconds).table()
 
     def learn(self, samples: Sequence[Sample]) -> RestLearned:
         """Learn from the motion of a rest, and decide which arm is carried from then on.
@@ -284,6 +284,11 @@ class RestLearner:
         self._start, self._before_s = BodyTable(self.x, self.covariance), 0.0
         self._begin()
         self._take(samples)
+
+
+def rest_motion(assembly: Assembly, rests: int, dt: float, seconds: float = REST_MOTION_S) -> Harmonics:
+    """Return the motion after `rests` motions: `seconds` of the machine's excitation, from another phase each time."""
+    return planned_excitation(shifted(assembly.description.excitation, rests * SHIFT), seconds, dt)
 
 
 def check_postures(samples: Sequence[Sample]) -> np.ndarray:

@@ -153,8 +153,12 @@ class MeansListener:
 
     def __call__(self, moment: TickSample) -> None:
         """Filter the measurement of one tick."""
+        self.take(moment.state.q, moment.tau_measured, moment.reference.q)
+
+    def take(self, q: np.ndarray, tau: np.ndarray, q_asked: np.ndarray) -> None:
+        """Filter one tick: measured positions [rad] and torques [N·m] (joint,), and requested positions [rad]."""
         signals = None if self._muscles is None else self._muscles.now()
-        sample = self._filter.update(moment.state.q, moment.tau_measured, moment.reference.q, muscles=signals)
+        sample = self._filter.update(q, tau, q_asked, muscles=signals)
         mean = self._averages.take(sample) if self._filter.settled else None
         if mean is not None:
             self.samples.append(mean)
