@@ -41,7 +41,7 @@ def test_a_machine_with_one_shoulder_axis_asks_only_for_its_drives_limits_and_ta
     keys = {question.key.split(".")[0] for question in found.questions}
     assert keys == {"adjustments", "drives", "actuators", "task_workspace", "calibration"}
     # The range must hold the posture that the file proposes above it.
-    assert any("donning at 90.0" in question.comment for question in found.questions)
+    assert any("donning.posture_deg is at 90.0" in question.comment for question in found.questions)
     answered(found.folder, task("[-90.0, 25.0]", "[0.0, 110.0]") | RANGES)
     result = checked(found.folder)
     assert result.problems == []
