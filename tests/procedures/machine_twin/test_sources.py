@@ -1,4 +1,4 @@
-"""One motion in the forms of several programs is read as the same motion."""
+"""Forms of several programs that hold the same motion are read alike."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -88,8 +88,8 @@ def further_motion(
         told.append("The recordings hold no commands: delay and bandwidth stay usual ones. Record commanded torques.")
     elif found.response.delay_sd_s > DELAY_SURE_S:
         told.append(
-            f"The delay is known to ±{1.96e3 * found.response.delay_sd_s:.1f} ms: record steps of the commanded torque, "
-            "and every command."
+            f"The delay is known to ±{1.96e3 * found.response.delay_sd_s:.1f} ms: record steps of the commanded "
+            "torque, and every command."
         )
     return told
 
