@@ -24,7 +24,7 @@ from exograv.rig.twin import Disturbances, Machine, draw_machine
 
 RIG = load_rig("recupera_like")
 LENGTHS = settings_of_lengths(RIG, ())
-NAMES = ("inverse_gain", "coulomb", "viscous", "rotor", "offset")
+NAMES = ("inverse_gain", "coulomb", "viscous", "breakaway", "rotor", "offset")
 INTERVAL = 1.96
 """Half of a 95 % interval, in standard deviations."""
 
@@ -55,6 +55,7 @@ def errors(machine: Machine, found: MachineFit, t: float) -> dict[str, tuple[np.
         "inverse_gain": RIG.nominal_gain / machine.drives.gain,
         "coulomb": still * friction.coulomb,
         "viscous": still * friction.viscous,
+        "breakaway": friction.breakaway,
         "rotor": machine.drives.rotor_inertia,
         "offset": machine.sensors.encoder_offset,
     }

@@ -7,8 +7,7 @@ from exograv.model.open_questions import open_questions
 
 DRIVE_ANSWERS: dict[str, list[str]] = {
     "urdf.side": ['"right"'],
-    "adjustments.min_m": ["0.20"],
-    "adjustments.max_m": ["0.37"],
+    "adjustments.range_m": ["[0.20, 0.37]"],
     "drives.drive": ['"harmonic"'],
     "drives.torque_constant_Nm_per_A": ["0.06"],
     "drives.gear_ratio": ["100.0"],

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.foreign_recordings import by_weight, write_csv, write_lerobot, write_ros_bag
 
 from exograv.errors import ConfigError, IdentificationError
 from exograv.laboratory.result_rows import still_to_rub
@@ -14,6 +15,7 @@ from exograv.model.description import load_rig
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.machine_twin.fit_command import TwinFitResult, fit_and_write
 from exograv.procedures.machine_twin.options import TwinCompareOptions, TwinFitOptions
+from exograv.procedures.machine_twin.read_motions import read_motions
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 from exograv.storage.twin_file import read_twin
@@ -88,6 +90,38 @@ def test_the_twin_follows_its_own_recording_and_departs_from_that_of_another_mac
     later = compare_twin(TwinCompareOptions(machine, tmp_path / "later.mcap", seconds=20.0))
     assert not later.ok
     assert set(later.departed) == set(RIG.joints)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", ["dataset", "bag", "csv"])
+def test_other_forms_of_the_recording_give_the_same_twin_within_their_intervals(
+    fitted: Fitted, source: str, tmp_path: Path
+):
+    (recording,) = read_motions(RIG, [fitted.recording], {}, is_torque=False)
+    parts = [(float(row @ np.array(RIG.calibration.weights_kg)), one) for row, one in by_weight(recording.motions)]
+    weights = list[str]()
+    if source == "csv":
+        paths = [write_csv(tmp_path / "log.csv", RIG, parts, 2)]
+    else:
+        write = write_lerobot if source == "dataset" else write_ros_bag
+        paths = [write(tmp_path / f"{k}", RIG, one) for k, (_, one) in enumerate(parts)]
+        mount = RIG.calibration.mount
+        weights = [f"{path}:{mount}={kg}" for path, (kg, _) in zip(paths, parts, strict=True) if kg]
+    result = fit_and_write(TwinFitOptions(RIG.name, tuple(paths), weights=tuple(weights)), tmp_path / "out")
+    one, other = (read_twin(load_rig(str(folder))) for folder in (result.folder, fitted.result.folder))
+    for key, sd_key in (
+        ("gain_Nm_per_A", "gain_sd_Nm_per_A"),
+        ("coulomb_Nm", "coulomb_sd_Nm"),
+        ("viscous_Nms_per_rad", "viscous_sd_Nms_per_rad"),
+        ("rotor_inertia_kgm2", "rotor_inertia_sd_kgm2"),
+        ("encoder_offset_deg", "encoder_offset_sd_deg"),
+    ):
+        values = np.array([[getattr(row, key) for row in whole.joints] for whole in (one, other)])
+        sd = np.array([[getattr(row, sd_key) for row in whole.joints] for whole in (one, other)])
+        assert (np.abs(values[0] - values[1]) < SIGMAS * sd.max(axis=0)).all(), key
+    assert (result.figures.delay_ms is None) == (source == "bag")
+    assert any("hold no commands" in line for line in result.figures.further_motion) == (source == "bag")
+    assert result.figures.has_motor_encoders == (source == "csv")
 
 
 @pytest.mark.slow

@@ -72,9 +72,21 @@ class Adjustment(Settings):
     """Length in the URDF."""
     min_m: PositiveFloat
     max_m: PositiveFloat
-    """Adjustable range of the length, from `min_m` to `max_m` [m]."""
+    """Adjustable range of the length [m]. `range_m = [0.2, 0.37]` is a short form of `min_m` and `max_m`."""
     axis: Literal["x", "y", "z"] = "z"
     """Axis of the parent's frame."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _range_as_ends(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "range_m" not in data:
+            return data
+        match data["range_m"]:
+            case [int() | float() as low, int() | float() as high] if "min_m" not in data and "max_m" not in data:
+                rest = {key: value for key, value in data.items() if key != "range_m"}
+                return rest | {"min_m": low, "max_m": high}
+            case other:
+                raise ValueError(f"range_m is {other!r}; it must be [shortest, longest], without min_m and max_m")
 
 
 CUFF_AXES = ("x", "y", "z", "about_x", "about_y", "about_z")

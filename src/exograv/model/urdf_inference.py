@@ -24,6 +24,9 @@ PLACED = "exograv_"
 """Start of the names of links that `exograv rig new` adds; they replace others for the same purpose."""
 MEET_M = 0.005
 """Largest distance of axes from a common point at which they count as meeting there [m]."""
+NEAR_M = 0.05
+"""Largest distance of the three shoulder axes from the point nearest to them at which this point is proposed as the
+shoulder's centre [m]. Assumed: the links of a shoulder have this thickness."""
 SAME_M = 0.001
 SHOULDER_AXES = 3
 
@@ -64,7 +67,11 @@ class ArmGuess:
 
     meeting: Point | None
     """Meeting point of the shoulder's axes in the base frame [m]; None if they do not meet. With one axis only, its
-    point nearest to the elbow."""
+    point nearest to the elbow. Of three axes that pass by each other, the point nearest to them, if the name of the
+    fourth joint says that it is the elbow."""
+
+    apart_m: float
+    """Distance of the farthest axis from the meeting point [m]; zero if the axes meet."""
 
     shoulder_axes: int
     """Number of the shoulder's axes from which the meeting point is found."""
@@ -85,6 +92,8 @@ class ArmGuess:
         """Description of the meeting point."""
         if self.shoulder_axes == 1:
             return "assumed on the axis of its only shoulder joint, beside the elbow"
+        if self.apart_m:
+            return f"assumed: the first three axes pass it at up to {1000.0 * self.apart_m:.0f} mm"
         return f"where {'its two shoulder axes' if self.shoulder_axes == 2 else 'the first three axes'} meet"
 
     @property
@@ -126,11 +135,20 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
     points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
     names = [tree.joints[i].name for i in joints]
     n = _shoulder_axes(names)
-    meeting = _meeting_point(axes[:n], points[:n]) if n > 1 else _foot(axes[0], points[0], points[1]) if n else None
+    has_named_elbow = _has_elbow_after_shoulder(names)
+    meeting, apart_m = _foot(axes[0], points[0], points[1]) if n == 1 else None, 0.0
+    if n > 1:
+        meeting, apart_m = _meeting_point(axes[:n], points[:n], NEAR_M if has_named_elbow else MEET_M)
     centre = _placed_centre(tree, side) if meeting is None else _fixed_link(tree, meeting, side)
-    length = _upper_arm(tree, joints)
-    places = _places(names, length if meeting is not None else None)
-    return ArmGuess(side, joints, meeting, n, centre, _cuffs(tree, side, joints), length, places)
+    length = _upper_arm(tree, joints[SHOULDER_AXES - 1 :] if apart_m else joints)
+    places = _places(names, length if meeting is not None else None, has_named_elbow)
+    return ArmGuess(side, joints, meeting, apart_m, n, centre, _cuffs(tree, side, joints), length, places)
+
+
+def _has_elbow_after_shoulder(names: list[str]) -> bool:
+    """Return True if the fourth joint is named as the elbow, and no joint before it as something else."""
+    places = [place_of(name) for name in names[: SHOULDER_AXES + 1]]
+    return len(places) > SHOULDER_AXES and places[-1] == "elbow" and set(places[:-1]) <= {None, "shoulder"}
 
 
 def _shoulder_axes(names: list[str]) -> int:
@@ -142,12 +160,12 @@ def _shoulder_axes(names: list[str]) -> int:
     return SHOULDER_AXES if len(names) >= SHOULDER_AXES else 0
 
 
-def _places(names: list[str], upper_arm: Length | None) -> tuple[PlaceGuess, ...]:
+def _places(names: list[str], upper_arm: Length | None, has_named_elbow: bool) -> tuple[PlaceGuess, ...]:
     """Place of each joint by its name, otherwise by its position in a chain of shoulder, elbow and wrist."""
     named: list[Place | None] = [place_of(name) for name in names]
     if named == [None]:
         return (ONLY_JOINT,)
-    by_position = _by_position(names, upper_arm)
+    by_position = _by_position(names, upper_arm, has_named_elbow)
     if any(one not in (None, other) for one, other in zip(named, by_position, strict=True)):
         by_position = [None] * len(names)  # This machine is built in another way.
     return tuple(_guess(one, other) for one, other in zip(named, by_position, strict=True))
@@ -159,20 +177,28 @@ def _guess(named: Place | None, by_position: Place | None) -> PlaceGuess:
     return UNKNOWN if by_position is None else PlaceGuess(by_position, "by its position")
 
 
-def _by_position(names: list[str], upper_arm: Length | None) -> list[Place | None]:
+def _by_position(names: list[str], upper_arm: Length | None, has_named_elbow: bool) -> list[Place | None]:
     places: list[Place | None] = ["shoulder"] * SHOULDER_AXES
-    if upper_arm is None or names.index(upper_arm.joint) != SHOULDER_AXES:
+    is_fourth = upper_arm is not None and names.index(upper_arm.joint) == SHOULDER_AXES
+    if not (is_fourth or has_named_elbow):
         return [None] * len(names)
     beyond = len(names) - SHOULDER_AXES - 1
     return [*places, "elbow", *repeat("wrist", beyond)]
 
 
-def _meeting_point(axes: list[Point], points: list[Point]) -> Point | None:
-    """Point of least distance to all axes; None if an axis is farther than `MEET_M`."""
+def _meeting_point(axes: list[Point], points: list[Point], most_m: float) -> tuple[Point | None, float]:
+    """Point of least distance to all axes; None if an axis is farther than `most_m` [m].
+
+    Also return the distance of the farthest axis [m]; zero if the axes meet.
+    """
     across = [np.eye(3) - np.outer(axis, axis) for axis in axes]
     A, b = np.vstack(across), np.concatenate([P @ p for P, p in zip(across, points, strict=True)])
     found, _, rank, _ = np.linalg.lstsq(A, b, rcond=None)
-    return found if rank == 3 and np.abs(A @ found - b).max() < MEET_M else None
+    off = A @ found - b
+    if rank == 3 and np.abs(off).max() < MEET_M:
+        return found, 0.0
+    apart_m = float(np.linalg.norm(off.reshape(-1, 3), axis=1).max())
+    return (found, apart_m) if rank == 3 and apart_m < most_m else (None, 0.0)
 
 
 def _foot(axis: Point, on_axis: Point, point: Point) -> Point:

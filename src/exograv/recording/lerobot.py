@@ -91,13 +91,25 @@ def read_lerobot(path: Path, joints: Sequence[str]) -> LeRobotTable:
 def _one_clock(stamp: Float[np.ndarray, " frame"], episode: Float[np.ndarray, " frame"] | None) -> np.ndarray:
     """Return times that rise over all episodes; each episode's own time begins at zero."""
     if episode is None:
-        return stamp
+        return _without_rounding(stamp)
     starts = np.flatnonzero(np.diff(episode, prepend=np.nan) != 0.0)
     t, end = stamp.copy(), 0.0
     for first, last in zip(starts, [*starts[1:], len(stamp)], strict=True):
-        t[first:last] += end - stamp[first]
+        t[first:last] = end - stamp[first] + _without_rounding(stamp[first:last])
         end = float(t[last - 1]) + BETWEEN_S
     return t
+
+
+def _without_rounding(stamp: Float[np.ndarray, " frame"]) -> Float[np.ndarray, " frame"]:
+    """Return even times if the stamps [s] are even up to their rounding to 32 bits, otherwise the stamps.
+
+    After 256 s the rounding is 15 µs, and the median of the differences is no longer the period of a fast table.
+    """
+    if not np.isfinite(stamp).all() or len(stamp) < 2:
+        return stamp
+    even = np.linspace(stamp[0], stamp[-1], len(stamp))
+    rounding = float(np.spacing(np.float32(np.abs(stamp).max())))
+    return even if np.abs(stamp - even).max() <= rounding else stamp
 
 
 def _group(

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.calibration.empty_prior import data_sheet_prior
 from exograv.laboratory.calibration_command import calibration_truth
 from exograv.laboratory.result_rows import still_to_rub
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
-from exograv.procedures.calibration.figures import calibration_figures, warnings
+from exograv.procedures.calibration.figures import calibration_figures, twin_warnings, warnings
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.results import json_value
 from exograv.rig.twin import Disturbances, Machine, draw_machine
@@ -85,3 +86,16 @@ def test_what_an_operator_should_look_at_is_named(rig: RigDescription, perfect: 
     assert "only known to ±12%: no weight loads this joint" in found[0]
     assert "by +20%" in found[1]
     assert "+1.5°" in found[2]
+
+
+@pytest.mark.parametrize(("share", "is_in_doubt"), [(1.02, False), (1.08, True)])
+def test_a_gain_far_from_that_of_the_twin_puts_the_twin_in_doubt(
+    rig: RigDescription, perfect: Calibration, share: float, is_in_doubt: bool
+):
+    known = data_sheet_prior(rig, read_exoskeleton(rig))
+    place = known.layout.of("inverse_gain")
+    known.mean[place] = rig.nominal_gain / perfect.machine.actuators.gain * [1.0, share, 1.0, 1.0]
+    known.covariance[place, place] = np.diag((0.01 * known.mean[place]) ** 2)
+    found = twin_warnings(perfect, rig, known)
+    assert len(found) == is_in_doubt
+    assert all(f"The gain of {rig.joints[1]} contradicts the twin" in text for text in found)

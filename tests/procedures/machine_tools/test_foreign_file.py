@@ -287,6 +287,27 @@ def test_missing_limits_are_asked_for_and_the_answers_are_the_machines_limits(tm
     assert tree.joints[2].velocity == 3.0
 
 
+def test_a_four_joint_machine_without_limits_or_a_side_asks_at_most_fifteen_questions(tmp_path: Path):
+    text = robot("exo", link("base"), arm("base", NUMBERS, limits=dict.fromkeys(range(4), "")))
+    found = new(tmp_path, text)
+    assert len(found.questions) <= 15
+    assert "urdf.side" in [question.key for question in found.questions]
+    asked = [question.comment for question in found.questions if question.key == "actuators.range_deg"]
+    assert [name for name in NUMBERS for comment in asked if name in comment] == list(NUMBERS)
+    ranges = ["[-40.0, 130.0]", "[-15.0, 75.0]", "[-70.0, 70.0]", "[0.0, 125.0]"]
+    answered(found.folder, FOUR | {"actuators.range_deg": ranges})
+    length = load_rig(str(found.folder)).settings.adjustments[0]
+    assert (length.min_m, length.max_m) == (0.20, 0.37)
+
+
+@pytest.mark.parametrize("wrong", ["[0.2]", "[0.2, 0.37]\nmin_m = 0.2", '"long"'])
+def test_a_range_of_a_length_that_is_no_pair_or_is_stated_twice_is_refused(wrong: str, tmp_path: Path):
+    found = new(tmp_path, ONE_ARM)
+    answered(found.folder, FOUR | {"adjustments.range_m": [wrong]})
+    with pytest.raises(ConfigError, match=r"it must be \[shortest, longest\], without min_m and max_m"):
+        load_rig(str(found.folder))
+
+
 def test_an_effort_or_a_speed_of_zero_is_asked_for_with_the_name_of_its_joint(tmp_path: Path):
     limits = {1: "-0.2 1.3 0 3", 2: "-1.2 1.2 30 0"}
     found = new(tmp_path, robot("exo", link("base"), arm("base", NUMBERS, limits=limits)), side="right")

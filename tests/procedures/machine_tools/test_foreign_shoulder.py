@@ -6,7 +6,7 @@ The files have the forms of exoskeletons that others have published (docs/result
 from pathlib import Path
 
 import pytest
-from tests.foreign_machines import ONE_AXIS, answered, joint, link, robot, task, written
+from tests.foreign_machines import FOUR, NAMES, ONE_AXIS, answered, arm, joint, link, robot, task, written
 
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
@@ -41,7 +41,7 @@ def test_a_machine_with_one_shoulder_axis_asks_only_for_its_drives_limits_and_ta
     keys = {question.key.split(".")[0] for question in found.questions}
     assert keys == {"adjustments", "drives", "actuators", "task_workspace", "calibration"}
     # The range must hold the posture that the file proposes above it.
-    assert any("donning at 90.0" in question.comment for question in found.questions)
+    assert any("donning.posture_deg is at 90.0" in question.comment for question in found.questions)
     answered(found.folder, task("[-90.0, 25.0]", "[0.0, 110.0]") | RANGES)
     result = checked(found.folder)
     assert result.problems == []
@@ -93,3 +93,32 @@ def test_a_machine_whose_two_shoulder_axes_do_not_meet_is_asked_for_its_shoulder
     found = new_rig(NewRigOptions(written(tmp_path, text), tmp_path / "mine", side="right", wearer_links="leave-out"))
     (question,) = [one for one in found.questions if one.key == "wearer.shoulder_centre"]
     assert "two shoulder axes do not meet" in question.comment
+
+
+def apart(offset: str, names: tuple[str, str, str, str] = NAMES) -> str:
+    """Return the file of an arm whose third shoulder axis is moved by an offset [m]."""
+    text = robot("exo", link("base"), arm("base", names))
+    met = f'<child link="c_{names[3]}"/><origin xyz="0 0 0"/>'
+    assert met in text
+    return text.replace(met, met.replace("0 0 0", offset))
+
+
+@pytest.mark.usefixtures("without_picture")
+def test_shoulder_axes_that_pass_by_each_other_give_a_proposed_shoulder_if_the_elbow_is_named(tmp_path: Path):
+    found = new_rig(NewRigOptions(written(tmp_path, apart("0.05 0.02 0")), tmp_path / "mine"))
+    assert len(found.questions) <= 10
+    assert any("assumed: the first three axes pass it at up to" in note for note in found.notes)
+    answered(found.folder, FOUR)
+    result = checked(found.folder)
+    assert result.problems == []
+    assert result.rank == result.human_dof == 4
+
+
+@pytest.mark.parametrize(
+    ("offset", "names"), [("0.2 0 0", NAMES), ("0.05 0 0", ("J1", "J2", "J3", "J4"))], ids=["far apart", "no elbow"]
+)
+def test_no_shoulder_is_proposed_for_axes_far_apart_or_without_an_elbow(
+    offset: str, names: tuple[str, str, str, str], tmp_path: Path
+):
+    found = new_rig(NewRigOptions(written(tmp_path, apart(offset, names)), tmp_path / "mine", side="right"))
+    assert "wearer.shoulder_centre" in [question.key for question in found.questions]

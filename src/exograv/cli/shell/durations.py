@@ -84,7 +84,12 @@ def _prepared(options: Any) -> float:
 
 
 def _demo(options: Any) -> float:
-    return _prepared(options) + _moved(options) + FLOATED_S + RUN_REPORT_S
+    return _by_joints(options) * (_prepared(options) + _moved(options) + FLOATED_S + RUN_REPORT_S)
+
+
+def _by_joints(options: Any) -> float:
+    """Growth of the duration of a run with the joints beyond `JOINTS` [-]."""
+    return max(_joints(options) / JOINTS, 1.0)
 
 
 def _moved(options: Any) -> float:
@@ -263,7 +268,7 @@ DURATIONS: dict[str, Seconds] = {
     "rig motion": lambda options: 15.0 + min(options.seconds, 25.0 * (options.starts + 1)),
     "twin fit": lambda options: _by_size(options, 0.5, "recordings"),
     "twin compare": lambda options: 4.0 + 0.15 * options.seconds,
-    "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
+    "arm identify": lambda options: _by_joints(options) * (_prepared(options) + _moved(options) + RUN_REPORT_S),
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
     "arm weigh": _weigh,
     "arm verify": _verify,

@@ -48,8 +48,8 @@ def show_fit(figures: "TwinFigures") -> None:
 
     console = Console()
     table = Table(title=f"Residual torque on the held-out {figures.held_out_s:.0f} s, N·m")
-    for heading in ("joint", "law of friction"):
-        table.add_column(heading)
+    table.add_column("joint")
+    table.add_column("law of friction", overflow="fold")
     for heading in ("per tick", "noise", "over\nnoise", "below\n7 Hz"):
         table.add_column(heading, justify="right")
     for row in figures.held_out:

@@ -5,8 +5,9 @@
 The command is constant between two ticks. The lag is of first or second order, as the recordings tell. Delay and
 bandwidth are those of command and measurement together.
 
-A log of another program with rows more than `SURE_PERIOD_S` apart may lack commands between its rows. The delay is then
-uncertain by one period, and the order of the lag is not told.
+A log of another program with rows more than `SURE_PERIOD_S` apart may lack commands between its rows. A command of a
+faster loop is held for a shorter time than the period P between rows, and the fitted delay is too short by up to P/2.
+The delay is then uncertain by half a period, and the order of the lag is not told.
 """
 
 from dataclasses import dataclass, replace
@@ -34,7 +35,7 @@ DAMPING_RANGE = (0.2, 3.0)
 SURE_OF_SECOND = 30.0
 """Least gain of twice the log-likelihood by a lag of second order for its use [-]."""
 
-SURE_PERIOD_S = 0.0021
+SURE_PERIOD_S = 0.0011
 """Longest time between two rows of another program's log that is taken for its loop's period [s]."""
 
 BANDWIDTHS_SEARCHED_HZ = (12.0, 40.0, 120.0)
@@ -101,7 +102,7 @@ def drive_response(motions: tuple[MeasuredMotion, ...]) -> DriveResponse:
     found = _of_one_order([_of_joint(motions, joint) for joint in range(motions[0].q.shape[1])], unsure_s > 0.0)
     known = [one for one in found if one is not None]
     delay_s, delay_sd_s, spread = _common_delay(known) if known else (np.nan, np.nan, np.nan)
-    delay_sd_s = float(np.hypot(delay_sd_s, unsure_s / np.sqrt(3.0)))
+    delay_sd_s = float(np.hypot(delay_sd_s, 0.5 * unsure_s / np.sqrt(3.0)))
     bandwidth, sd, damping, noise, simple = (np.full(len(found), np.nan) for _ in range(5))
     for joint, one in enumerate(found):
         if one is None:

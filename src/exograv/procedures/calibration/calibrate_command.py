@@ -32,7 +32,7 @@ from exograv.storage.twin_file import read_twin
 
 from .breakaway_checks import refuse_joints_without_motor
 from .empty_motion import read_empty_motion
-from .figures import CalibrationFigures, CalibrationTruth, calibration_figures, warnings
+from .figures import CalibrationFigures, CalibrationTruth, calibration_figures, twin_warnings, warnings
 from .known_weights import refuse_heavy_weights
 from .options import CalibrateOptions
 from .segment_lengths import settings_of_lengths
@@ -156,7 +156,8 @@ def calibrate_and_keep(
         seed=options.seed,
         machine=identity.machine,
         figures=calibration_figures(calibration, description.joints, true),
-        warnings=warnings(calibration, description),
+        warnings=warnings(calibration, description)
+        + ([] if known is None else twin_warnings(calibration, description, known)),
         hash=whole.content_sha256,
         file=file,
         measured_utc=measured.at_utc.isoformat(),

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.calibration.empty_prior import EmptyPrior
 from exograv.model.description import RigDescription
 from exograv.results import OPTIONAL
 
@@ -15,6 +16,8 @@ DIGITS = 5
 GAIN_SD_SURE = 0.02  # relative: 2 % of an arm's weight is 0.2 N·m at the shoulder
 GAIN_UNUSUAL = 0.15  # relative: larger than the tolerance of any unit (docs/explanation/safety.md)
 OFFSET_UNUSUAL = np.deg2rad(1.0)
+TWIN_SURPRISE_SD = 4.0
+"""Distance of a gain from the twin's above which the twin is in doubt, in standard deviations of the prior [-]."""
 Values = Float[np.ndarray, " value"]
 Row = TypeVar("Row")
 
@@ -157,6 +160,21 @@ def warnings(calibration: Calibration, description: RigDescription) -> list[str]
                 f"The encoder of '{joint}' seems to be off by {offset:+.1f}°. Set its zero at the jig or the stop."
             )
     return found
+
+
+def twin_warnings(calibration: Calibration, description: RigDescription, known: EmptyPrior) -> list[str]:
+    """Name the joints whose gain contradicts the twin that was the prior (`known`) of the calibration."""
+    place = known.layout.of("inverse_gain")
+    before, sd = known.mean[place], np.sqrt(np.diag(known.covariance)[place])
+    away = np.abs(description.nominal_gain / calibration.machine.actuators.gain - before) / sd
+    joints = [joint for joint, far in zip(description.joints, away, strict=True) if far > TWIN_SURPRISE_SD]
+    if not joints:
+        return []
+    return [
+        f"The gain of {', '.join(joints)} contradicts the twin by up to {away.max():.0f} standard deviations: the twin "
+        "is of another machine, or a motor, gear or unit has changed. All intervals are in doubt. Calibrate without "
+        "--prior twin, or record and fit the twin again."
+    ]
 
 
 def _estimates(

@@ -147,10 +147,10 @@ def _adjustment(arm: ArmGuess, begins_at_elbow: bool) -> str:
         return ""
     length = arm.upper_arm
     head = "# Delete this table if the machine cannot be set to the wearer's upper arm.\n"
-    ends = 'min_m = "?"  # m: shortest upper arm that it can be set to\nmax_m = "?"  # m: longest\n'
+    ends = 'range_m = "?"  # m: [shortest, longest] upper arm that the machine can be set to, as [0.2, 0.37]\n'
     if begins_at_elbow:
         head = "# The machine has no shoulder: it stands where the wearer's elbow is.\n"
-        ends = "min_m = 0.2  # m: upper arm of the smallest and the tallest wearer, assumed\nmax_m = 0.4\n"
+        ends = "range_m = [0.2, 0.4]  # m: upper arm of the smallest and the tallest wearer, assumed\n"
     return (
         f'{head}[[adjustments]]\njoint = {toml_value(length.joint)}\nsegment = "upper_arm"\n'
         f'axis = "{length.axis}"\n'
@@ -221,8 +221,9 @@ def _actuator(draft: Draft, joint: Joint, place: PlaceGuess) -> str:
     if draft.lacks(joint, "lower", "upper"):
         inside = ""
         if draft.closing is not None:
-            inside = f". Proposed above: donning at {_degrees(draft.closing[[draft.tree.index(joint.name)]])[1:-1]}"
-        lines.append(f'range_deg = "?"  # °: [lower, upper] limit of the joint; the URDF gives none{inside}')
+            at = _degrees(draft.closing[[draft.tree.index(joint.name)]])[1:-1]
+            inside = f"; the proposed donning.posture_deg is at {at}"
+        lines.append(f'range_deg = "?"  # °: [lower, upper] limit of {joint.name}, which the URDF lacks{inside}')
     if joint.name in draft.rotors:
         lines.append(f"rotor_inertia_kgm2 = {draft.rotors[joint.name]}  # kg·m² at the joint: armature in the file")
     kp, source = KP_MAX, "of recupera_like"
@@ -239,8 +240,9 @@ def _task(draft: Draft) -> str:
     tree = draft.tree
     limits = "; ".join(f"{joint.name} {low:.0f} to {high:.0f}" for joint, low, high in _limits(tree))
     return (
-        f"# The box of postures in which the arm must be weightless. Limits of the joints [°]: {limits}.\n"
-        f'[task_workspace]\nlower_deg = "?"  # °: {_angles(tree)}\nupper_deg = "?"  # °: {_angles(tree)}\n'
+        f"# The box of postures in which the arm must be weightless: those of the task. Limits [°]: {limits}.\n"
+        f'[task_workspace]\nlower_deg = "?"  # °: {_angles(tree)}, the lowest of each joint in the task\n'
+        f'upper_deg = "?"  # °: {_angles(tree)}, the highest of each joint in the task\n'
     )
 
 

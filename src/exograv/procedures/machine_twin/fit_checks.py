@@ -57,7 +57,7 @@ def fit_warnings(description: RigDescription, found: MachineFit, recordings: tup
     if slowest_s > SURE_PERIOD_S and np.isfinite(found.response.delay_s):
         told.append(
             f"A recording has rows {1e3 * slowest_s:.3g} ms apart, and may lack commands between them: the delay is "
-            "uncertain by this time. Record each command, or at 500 Hz or faster."
+            "uncertain by half of this time. Record each command of the loop, at 1 kHz if possible."
         )
     if found.response.delay_spread > SPREAD_MAX:
         told.append(

@@ -52,6 +52,7 @@ def further_motion(
     (gain, gain_sd), (rotor, rotor_sd), (coulomb, _) = of("inverse_gain"), of("rotor"), of("coulomb")
     breakaway_sd, viscous_sd = of("breakaway")[1], of("viscous")[1]
     has_weight = bool((found.sweeps.hung > 0.0).any())
+    mounts = {sweep.joint: sweep.mount for sweep in description.calibration.sweeps}
     apart = (
         "The encoders of the motors tell the two apart under load: record longer sweeps of it with a known weight"
         if found.has_motor_encoders
@@ -61,7 +62,8 @@ def further_motion(
     for j, joint in enumerate(description.joints):
         share = gain_sd[j] / gain[j]
         if share > GAIN_SURE:
-            start, mount = f"The gain of '{joint}' is known to ±{1.96 * share:.1%}", description.calibration.mount
+            start = f"The gain of '{joint}' is known to ±{1.96 * share:.1%}"
+            mount = mounts.get(joint) or description.calibration.mount
             told.append(
                 f"{start}: record a further sweep of it with a known weight at {mount}, through more of its range."
                 if has_weight
@@ -86,7 +88,8 @@ def further_motion(
         told.append("The recordings hold no commands: delay and bandwidth stay usual ones. Record commanded torques.")
     elif found.response.delay_sd_s > DELAY_SURE_S:
         told.append(
-            f"The delay is known to ±{1.96e3 * found.response.delay_sd_s:.1f} ms: record steps of the commanded torque."
+            f"The delay is known to ±{1.96e3 * found.response.delay_sd_s:.1f} ms: record steps of the commanded "
+            "torque, and every command."
         )
     return told
 

@@ -23,8 +23,8 @@ class TwinFitOptions(Options):
     recordings: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RECORDINGS")] = field(
         default=tyro.MISSING
     )
-    """Recordings of the empty machine in motion: exograv's MCAP, CSV with named columns, ROS recordings, or LeRobot
-    datasets. An MCAP in which the machine identifies an arm tells the cuffs."""
+    """Recordings of the empty machine in motion, in the order in which they were made: exograv's MCAP, CSV with named
+    columns, ROS recordings, or LeRobot datasets. An MCAP in which the machine identifies an arm tells the cuffs."""
 
     side: SideOption = None
 

@@ -1,0 +1,94 @@
+"""Forms of several programs that hold the same motion are read alike."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.foreign_recordings import (
+    by_weight,
+    write_csv,
+    write_lerobot,
+    write_lerobot_csv,
+    write_ros_bag,
+    write_ros_mcap,
+)
+
+from exograv.identification.machine_twin.drive_response import encoder_step
+from exograv.identification.machine_twin.measured_motion import MeasuredMotion, has_motor_encoders
+from exograv.model.description import load_rig
+from exograv.procedures.machine_twin.read_motions import hung_row, read_motions
+
+RIG = load_rig("recupera_like")
+TICKS, PERIOD_S = 5000, 0.001
+STEP_RAD = 2.0 * np.pi / 2**17
+MOUNT = RIG.calibration.mount
+
+Writer = Callable[[Path, MeasuredMotion], Path]
+WRITERS: dict[str, Writer] = {
+    "dataset": lambda folder, one: write_lerobot(folder / "set", RIG, one),
+    "parquet": lambda folder, one: next(write_lerobot(folder / "set", RIG, one).rglob("*.parquet")),
+    "table": lambda folder, one: write_lerobot_csv(folder / "table.csv", one),
+    "mcap": lambda folder, one: write_ros_mcap(folder / "ros.mcap", RIG, one),
+    "bag": lambda folder, one: write_ros_bag(folder / "bag", RIG, one),
+    "csv": lambda folder, one: write_csv(folder / "log.csv", RIG, [(3.0, one)], 1),
+}
+SILENT = ("mcap", "bag")
+"""Sources that hold no commands."""
+
+
+def moved(ticks: int = TICKS) -> MeasuredMotion:
+    """Return a motion with 3 kg at the mount, as encoders and a twisting gear show it."""
+    t = PERIOD_S * np.arange(ticks)
+    q = STEP_RAD * np.round(np.sin(np.outer(t, [1.0, 0.7, 1.3, 0.9])) / STEP_RAD)
+    current = 3.0 * np.cos(np.outer(t, [1.1, 0.8, 1.2, 0.6]))
+    hung = np.tile(hung_row(RIG, MOUNT, 3.0), (ticks, 1))
+    return MeasuredMotion("made", t, q, current, np.roll(current, -2, axis=0), hung, q_motor=q + 1e-3 * current)
+
+
+def read(path: Path) -> MeasuredMotion:
+    weights = {} if path.suffix == ".csv" and path.stem == "log" else {str(path): (MOUNT, 3.0)}
+    (recording,) = read_motions(RIG, [path], weights, is_torque=False)
+    (motion,) = recording.motions
+    return motion
+
+
+@pytest.mark.parametrize("source", WRITERS)
+def test_every_source_gives_the_same_motion_with_its_weight(source: str, tmp_path: Path):
+    made = moved()
+    found = read(WRITERS[source](tmp_path, made))
+    np.testing.assert_allclose(found.t - found.t[0], made.t, atol=1e-6)
+    np.testing.assert_allclose(found.q, made.q, atol=2e-7)
+    np.testing.assert_allclose(found.current, made.current, atol=1e-6)
+    np.testing.assert_allclose(found.hung, made.hung)
+    if source not in SILENT:
+        np.testing.assert_allclose(found.current_asked, made.current_asked, atol=1e-6)
+
+
+@pytest.mark.parametrize("source", WRITERS)
+def test_a_source_has_only_what_it_holds(source: str, tmp_path: Path):
+    found = read(WRITERS[source](tmp_path, moved()))
+    assert np.isnan(found.current_asked).all() == (source in SILENT)
+    assert has_motor_encoders([found]) == (source == "csv")
+    assert not found.has_all_commands
+
+
+def test_stamps_of_32_bits_of_ten_minutes_keep_period_and_encoders(tmp_path: Path):
+    found = read(write_lerobot(tmp_path / "set", RIG, moved(600_000)))
+    assert found.period_s == pytest.approx(PERIOD_S, rel=1e-6)
+    assert encoder_step(found.q[:, 0]) == pytest.approx(STEP_RAD, rel=1e-3)
+
+
+def test_every_second_row_of_a_csv_keeps_the_weights_and_the_motors(tmp_path: Path):
+    made = moved()
+    path = write_csv(tmp_path / "log.csv", RIG, [(0.0, made), (3.0, made)], 2)
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    table[TICKS // 2 :, 0] += 10.0
+    np.savetxt(path, table, delimiter=",", header=path.read_text().splitlines()[0], comments="")
+    (recording,) = read_motions(RIG, [path], {}, is_torque=False)
+    assert [one.period_s for one in recording.motions] == pytest.approx([2.0 * PERIOD_S] * 2)
+    assert [float(row @ np.array(RIG.calibration.weights_kg)) for row, _ in by_weight(recording.motions)] == [0.0, 3.0]
+    for one in recording.motions:
+        assert one.q_motor is not None
+        assert made.q_motor is not None
+        np.testing.assert_allclose(one.q_motor, made.q_motor[::2], atol=1e-8)
