@@ -390,8 +390,8 @@ class RestOffers:
     def _window_after_rest(self, run: dict[str, Any]) -> int | None:
         """Return the number of the window after this rest; None without a rest, or if too little of it is left."""
         countdown_s = run["countdown_s"]
-        is_rest = run["status"] == "running" and run["phase"] != "window" and countdown_s is not None
-        return run["window"] if is_rest and countdown_s >= REST_NEEDED_S else None
+        is_rest = run["status"] == "running" and run["phase"] != "window"
+        return run["window"] if is_rest and countdown_s is not None and countdown_s >= REST_NEEDED_S else None
 
 
 def stream_text(stream: Mapping[str, Any]) -> str:

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -164,7 +165,7 @@ class LiveRests:
         path = rest_motion(self._prepared.assembly, self.rests, self._period_s)
         return path, REST_LEARNING.passage(q, path.at(0)[0], self._period_s)
 
-    def _order(self, machine: LiveFloat, *, is_led: bool, **more: object) -> int:
+    def _order(self, machine: LiveFloat, *, is_led: bool, **more: Any) -> int:
         return self._line.send(machine, is_led=is_led, **more)
 
     def _follow(

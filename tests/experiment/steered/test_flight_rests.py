@@ -21,11 +21,18 @@ from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.procedures.identification.rest_learning import REST_MOTION_S
 from exograv.recording import read_recording
 from exograv.results import json_value
+from exograv.sentence import Sentence
 
 pytestmark = pytest.mark.slow
 
 RIG = "recupera_like_qdd"
 EARTH = 1.0
+
+
+def code(text: str) -> str:
+    """Return the code of a sentence."""
+    assert isinstance(text, Sentence)
+    return text.code
 
 
 @pytest.fixture
@@ -97,7 +104,7 @@ def test_a_rest_moves_and_learns_the_floating_arm_and_gives_back_the_weight_that
     operator.desk.close()
     control = read_recording(tmp_path / "out" / "steered-1.mcap").messages("/control")
     orders = [message for message in control if message["act"] == "order"]
-    assert sum(order["x"] is not None for order in orders) == (rests.sentences[0].code == "rest.taken")
+    assert sum(order["x"] is not None for order in orders) == (code(rests.sentences[0]) == "rest.taken")
     assert [order["is_led"] for order in orders] == [*(True for _ in orders[1:]), False]
     assert replays_exactly(tmp_path)
 
@@ -158,5 +165,5 @@ def test_without_the_process_that_learns_the_arm_floats_again_and_the_operator_i
     operator.until_rest_is_over()
     shown = operator.desk.shown()
     assert (shown.mode, shown.latch) == ("floating", None)
-    assert operator.rests().sentences[0].code == "rest.process_ended"
+    assert code(operator.rests().sentences[0]) == "rest.process_ended"
     assert "cannot learn in rests" in operator.act("learn_rest").why
