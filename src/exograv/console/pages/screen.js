@@ -17,6 +17,7 @@ function show() {
 async function measure(question) {
   const answer = await line.ask({ kind: "calibrate", ...question });
   const { screen } = answer;
+  at("found").dataset.taken = answer.taken;
   at("found").textContent = answer.taken
     ? say("screen.done", {
         x: number(screen.pitch_x_mm, 4),

@@ -76,7 +76,7 @@ class ParticipantPage:
             f"(() => {{ const width = document.getElementById('width'); width.value = {CARD_MM / pitch_mm};"
             " width.oninput(); document.getElementById('use-card').click(); })()"
         )
-        self._wait_for("document.getElementById('found').textContent !== ''")
+        self._wait_for("document.getElementById('found').dataset.taken === 'true'")
         self._do("document.querySelector('a.button[href=\"/participant/\"]').click()")
 
     def look(self) -> Sight | None:
