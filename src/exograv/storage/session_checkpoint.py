@@ -97,6 +97,9 @@ class KeptSession(Settings):
     t: float
     """Time of the last record on the rig's clock [s]."""
 
+    passed_s: float = 0.0
+    """Time of rests that has passed without ticks [s]."""
+
     run: str
     """State of the task, from `Run.kept()`."""
 

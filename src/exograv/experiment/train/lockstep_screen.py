@@ -27,7 +27,7 @@ CONSENTS_BEFORE_S = 60.0
 CALM_S = 10.0
 """Time of rest after a window from which a participant whose muscles are not seen counts as relaxed, assumed [s]."""
 
-AWAKE_S = 5.0
+AWAKE_S = 3.0
 """Time before a window, or before the end of the session, from which every tick is simulated again [s]. The arm then
 rests as it did before the time passed."""
 
@@ -128,10 +128,8 @@ class LockstepScreen:
         run, due = self.run, next_due(self.run.plan, self.run.state)
         if self.pass_time is None or due is None or not run.plan.is_clocked or not self._is_rest:
             return
-        rests_since = run.state.windows[-1].closed if run.state.windows else None
-        is_at_rest = self.seat.is_relaxed and (rests_since is None or self.t >= rests_since + CALM_S)
         left_s = round(due.t - AWAKE_S - self.t, 3)
-        if not is_at_rest or left_s < AWAKE_S or any(self._is_due(act) for act in self.between):
+        if not self._is_calm or left_s < 2.0 * AWAKE_S or any(self._is_due(act) for act in self.between):
             return
         if self.pilot.recording is not None:
             text = f"{left_s:.1f} s of rest pass without ticks."

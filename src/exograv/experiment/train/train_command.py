@@ -201,11 +201,11 @@ class _Training:
         figures = self._with_person(PREPARATION.validate_python(before.before), before.person, before.rests)
         with self._continued(before) as recording:
             if not recording.count("/result"):
-                self._write_result(recording, run, figures, before.t)
-        return self._result(run, figures, before.t)
+                self._write_result(recording, run, figures, before.t, before.passed_s)
+        return self._result(run, figures, before.t, before.passed_s)
 
     def _write_result(
-        self, recording: RecordingWriter, run: TaskRun, figures: PreparationFigures, t: float, passed_s: float = 0.0
+        self, recording: RecordingWriter, run: TaskRun, figures: PreparationFigures, t: float, passed_s: float
     ) -> None:
         recording.write("/result", t, {
             "task": {**json_value(run.totals().figures()), **json_value(figures)}, "rig": self._asked.rig,
@@ -217,7 +217,7 @@ class _Training:
     def _report_path(self) -> Path:
         return self._folder / f"{self._options.name}.html"
 
-    def _result(self, run: TaskRun, preparation: PreparationFigures, t: float, passed_s: float = 0.0) -> TrainResult:
+    def _result(self, run: TaskRun, preparation: PreparationFigures, t: float, passed_s: float) -> TrainResult:
         """Write the report; return the result of the command."""
         self._progress("Writing the report", 0.0)
         from exograv.report.of_recording.recording_report import write_report  # Matplotlib: 0.4 s
@@ -266,6 +266,7 @@ class _Training:
     def _fly(self, run: TaskRun, ready: Ready, recording: RecordingWriter) -> float:
         """Run the windows; return the time of rests that has passed without ticks [s]."""
         rig, before = ready.pilot.rig, self._before
+        passed_before_s = 0.0 if before is None else before.passed_s
         page = f"simulated-{run.state.epoch + (before is not None)}"
         seat = self._machine.seat(self._plan, page, None if before is None else before.learned)
 
@@ -273,7 +274,8 @@ class _Training:
             # First the recording: an acknowledged touch, and each tick of a complete window, is in both files.
             recording.sync()
             kept = KeptSession(
-                options=self._options.kept, t=rig.t, run=run.kept(), records=recording.count(TASK_TOPIC),
+                options=self._options.kept, t=rig.t, passed_s=passed_before_s + machine.passed_s, run=run.kept(),
+                records=recording.count(TASK_TOPIC),
                 person=ready.person, rests=None if ready.learner is None else ready.learner.kept,
                 before=json_value(ready.figures), learned=self._machine.learned,
             )  # fmt: skip
@@ -316,7 +318,7 @@ class _Training:
         keep()
         if outlet is not None and outlet.have_consumers():
             time.sleep(LAST_MARKERS_S)
-        return machine.passed_s
+        return passed_before_s + machine.passed_s
 
     def _with_person(
         self, figures: PreparationFigures, known: KnownPerson | None, rests: KeptRests | None
