@@ -17,7 +17,7 @@ AHEAD_S = 100.0
 
 
 @contextlib.contextmanager
-def seen(clocks: list[tuple[float, float]]) -> Iterator[FlightMemoryView]:
+def seen(clocks: list[tuple[float, float]], is_looked: bool = True) -> Iterator[FlightMemoryView]:
     """View of ticks with these values of CLOCK_MONOTONIC and of the rig's clock [s]."""
     with (
         contextlib.closing(Ring(tick_dtype(JOINTS), RING_TICKS)) as ticks,
@@ -28,7 +28,8 @@ def seen(clocks: list[tuple[float, float]]) -> Iterator[FlightMemoryView]:
             row = np.zeros((), tick_dtype(JOINTS))
             row["monotonic"], row["now"] = monotonic, now
             ticks.put(row)
-        view.look()
+        if is_looked:
+            view.look()
         yield view
 
 
@@ -38,6 +39,11 @@ def test_a_touch_before_a_wait_of_the_drives_keeps_its_place_beside_the_arm():
     with seen(before + after) as view:
         assert view.rig_time(0.55) == pytest.approx(AHEAD_S + 0.55)
         assert view.rig_time(5.55) == pytest.approx(AHEAD_S + 1.55)
+
+
+def test_ticks_that_came_after_the_last_look_place_a_touch_too():
+    with seen([(0.0, AHEAD_S), (0.02, AHEAD_S + 0.004)], is_looked=False) as view:
+        assert view.rig_time(0.01) == pytest.approx(AHEAD_S + 0.002)
 
 
 def test_while_the_drives_wait_the_rigs_clock_never_runs_backwards():

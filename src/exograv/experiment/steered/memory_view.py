@@ -93,8 +93,11 @@ class FlightMemoryView:
     def rig_time(self, monotonic: float) -> float | None:
         """Return a time of CLOCK_MONOTONIC on the rig's clock [s], by the ticks around it; None before the first tick.
 
-        The two clocks run apart while simulated drives wait for the computer.
+        The two clocks run apart while simulated drives wait for the computer, so ticks after that time are read first.
         """
+        newest = self.newest
+        if newest is None or not monotonic < newest["monotonic"]:
+            self.look()
         with self._lock:
             clocks = np.concatenate([np.empty((0, 2)), *self._clocks])
         if not len(clocks):
