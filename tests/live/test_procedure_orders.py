@@ -70,7 +70,7 @@ def test_the_arm_of_an_order_in_a_recording_is_the_same_to_the_last_bit():
     x = tuple(np.random.default_rng(0).normal(size=5).tolist())
     again = read_order(json.loads(json.dumps(written_order(Order(1, True, x=x)))))
     assert again.x is not None
-    assert tuple(again.x) == x
+    assert again.x == x
 
 
 ROWS = TaughtRows([(LOW + share * (HIGH - LOW)).tolist() for share in np.linspace(0.0, 1.0, 40)], 0.04)

@@ -87,6 +87,8 @@ def read_order(message: Mapping[str, Any]) -> Order:
     """Return the order of a message in a recording."""
     plain = {one.name: message[one.name] for one in fields(Order) if one.name in message and one.name != "path"}
     path = message["path"]
+    if plain.get("x") is not None:
+        plain["x"] = tuple(plain["x"])  # JSON has lists only
     return Order(**plain, path=None if path is None else _read_path(path))
 
 
