@@ -35,11 +35,11 @@ LEADS_S = 2.0
 """Time for the ramps of the feedback at both ends of the motion [s]."""
 
 ENDS_S = 2.0
+"""Time-out for the process to end by itself [s]."""
 
 Joints = np.ndarray
 
-
-Progress = Callable[[RestPhase, float], object]
+RestProgress = Callable[[RestPhase, float], object]
 """Function that takes the phase, and the time of the motion that is done [s]."""
 
 
@@ -104,7 +104,7 @@ class LiveRests:
                     self.stated_before_Nm, self._covariance = word.stated_Nm, word.covariance
 
     def close(self) -> None:
-        """End the process."""
+        """Stop the process that learns."""
         if self._process is not None:
             self._process.end(ENDS_S)
 
@@ -123,7 +123,7 @@ class LiveRests:
         """Limits of the carried arm while it floats."""
         return self._limits.known(self._x)
 
-    def perform(self, machine: LiveFloat, progress: Progress) -> RestLearned | None:
+    def perform(self, machine: LiveFloat, progress: RestProgress) -> RestLearned | None:
         """Move the floating arm, learn it, move it back, put a better arm into force, and let it float.
 
         Returns:
@@ -173,7 +173,7 @@ class LiveRests:
         machine: LiveFloat,
         path: Planned,
         phase: RestPhase,
-        progress: Progress,
+        progress: RestProgress,
         done_s: float,
         heard: Callable[[int, Joints, Joints], object] = lambda *_: None,
     ) -> float:

@@ -109,7 +109,7 @@ def test_a_rest_moves_and_learns_the_floating_arm_and_gives_back_the_weight_that
     assert replays_exactly(tmp_path)
 
 
-def test_stop_lets_the_arm_down_during_the_motion_and_the_arm_floats_when_it_is_taken_again(
+def test_stop_lets_the_arm_down_during_the_motion_of_a_rest_and_the_recording_replays(
     operator: Operator, tmp_path: Path
 ):
     until_it_moves(operator)
