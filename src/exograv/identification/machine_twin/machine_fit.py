@@ -215,8 +215,7 @@ def _refuse_undriven(description: RigDescription, samples: Samples, motions: tup
         if torque < least:
             raise IdentificationError(
                 f"Joint '{joint}' moves in the recordings, but its motor gives no torque above its noise. A free decay "
-                "tells friction and rotor only beside motion by the motors: give a recording of `exograv rig calibrate`, "
-                "too."
+                "tells friction and rotor only beside motion by the motors. Give also a recording of a calibration."
             )
 
 
