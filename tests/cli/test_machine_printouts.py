@@ -9,6 +9,7 @@ from exograv import cli
 from exograv.cli.machine.check_rig import _show
 from exograv.cli.machine.computer_check import Check, ComputerCheck, _writable
 from exograv.cli.machine.doctor import next_steps
+from exograv.cli.shell.motion_note import say_twin
 from exograv.procedures.machine_tools.check_rig.check_result import CheckResult
 from exograv.report.figures.machine_data import TorqueRow
 
@@ -92,3 +93,9 @@ def test_a_form_that_is_refused_ends_with_a_status_for_scripts(
     assert end.value.code == 1
     assert capsys.readouterr().out.startswith("REFUSED. ")
     assert '"refused": true' in Path("weigh.json").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("twin", "said"), [("fitted", True), ("drawn", False)])
+def test_a_draw_from_a_fitted_twin_is_said_to_be_one(twin: str, said: bool, capsys: pytest.CaptureFixture[str]):
+    say_twin(twin)
+    assert ("draw from the posterior" in capsys.readouterr().out) is said

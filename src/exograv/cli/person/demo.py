@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.cli.shell.kept_arm import say_kept
-from exograv.cli.shell.motion_note import say_motion
+from exograv.cli.shell.motion_note import say_motion, say_twin
 from exograv.laboratory.options import ArmOptions, DemoOptions
 from exograv.live.options import PersonForm
 from exograv.procedures.identification.options import ParticipantOptions
@@ -23,6 +23,7 @@ def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Ou
         refuse_unwritable(files.keep, "--keep")
     if options.motion == "designed":
         say_motion(options.rig)
+    say_twin(options.twin)
     with bars() as progress:
         result = run_demo(options, common.out, progress, files)
     show_demo(result)
@@ -42,6 +43,7 @@ def run_identify_command(
         refuse_unwritable(files.keep, "--keep")
     if options.motion == "designed":
         say_motion(options.rig)
+    say_twin(options.twin)
     with bars() as progress:
         result = run_identification(options, files, person, common.out, progress, say)
     if isinstance(result, IdentifiedOnDrives):

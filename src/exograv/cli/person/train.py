@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.motion_note import say_twin
 from exograv.console.options import Address
 from exograv.experiment.train.options import TrainOptions
 from exograv.live.options import PersonForm
@@ -61,6 +62,7 @@ def run_train_command(
 
     if options.person_file is not None:
         refuse_unwritable(options.person_file, "--person-file")
+    say_twin(options.twin)
     try:
         with bars() as progress:
             result = run_training(options, common.out, progress, _machine_of(options, common.out, progress))

@@ -1,4 +1,4 @@
-"""Note before an arm is identified with a motion that is not designed for the machine."""
+"""Notes before a run: a motion that is not designed for the machine, and a machine that is drawn from its twin."""
 
 
 def say_motion(rig: str | None) -> None:
@@ -9,3 +9,11 @@ def say_motion(rig: str | None) -> None:
     note = None if rig is None else motion_note(rig)
     if note is not None:
         say(f"Note: {note}")
+
+
+def say_twin(twin: str) -> None:
+    """Print that the machine is a draw from its fitted twin; nothing of a machine that is not."""
+    from exograv.cli.shell.terminal import say
+
+    if twin == "fitted":
+        say("Machine: a draw from the posterior in its twin.toml. Another --seed draws another machine.")

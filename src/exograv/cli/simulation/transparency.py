@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder
+from exograv.cli.shell.motion_note import say_twin
 from exograv.laboratory.options import TransparencyOptions
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ def run_transparency_command(options: TransparencyOptions, common: OutFolder) ->
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.transparency import run_transparency
 
+    say_twin(options.twin)
     with bars() as progress:
         result = run_transparency(options, common.out, progress)
     for one in (*(result.profiles or {}).values(), *filter(None, [result.machine])):
