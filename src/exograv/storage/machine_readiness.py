@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Literal
 
-from exograv.errors import ExogravError
+from exograv.errors import ConfigError, ExogravError
 from exograv.model.description import RigDescription, load_rig
 from exograv.next_command import calibration_command, calibration_words, same_machine
 from exograv.options import CalibratedOptions, MachineOptions
@@ -20,11 +20,11 @@ from .self_test_pass import FILE as PASS
 from .self_test_pass import MachineKey, valid_pass
 from .twin_file import read_twin
 
-Need = Literal["bring-up", "calibration", "self-test"]
+Need = Literal["motion", "bring-up", "calibration", "self-test"]
 
 EMPTY: tuple[Need, ...] = ("bring-up",)
 TESTED: tuple[Need, ...] = ("bring-up", "calibration")
-WORN: tuple[Need, ...] = ("bring-up", "calibration", "self-test")
+WORN: tuple[Need, ...] = ("motion", "bring-up", "calibration", "self-test")
 """Checks that a machine must have passed before it moves a person's arm, in the order in which they are made."""
 
 NEEDED: Mapping[str, tuple[Need, ...]] = MappingProxyType(
@@ -158,6 +158,8 @@ class MachineReadiness:
             ExogravError: It is not passed.
         """
         match need:
+            case "motion":
+                return self._designed()
             case "bring-up":
                 return self._brought_up()
             case "calibration":
@@ -167,6 +169,19 @@ class MachineReadiness:
                 # The pass of a simulated machine says nothing about the timing, because nobody is in it.
                 timing = "" if self.options.simulate else ", with the timing of this computer"
                 return f"passed today at {passed:%H:%M}{timing}."
+
+    def _designed(self) -> str:
+        motion = self.description.settings.excitation
+        if motion is None:
+            return "none: the machine identifies no arm."
+        if motion.source != "proposed":
+            return {"own": "that of rig.toml.", "designed": "designed for this machine."}[motion.source]
+        if self.options.simulate:
+            return "proposed by `exograv rig new`, which is enough for simulated drives."
+        raise ConfigError(
+            "The motion that identifies an arm is the proposal of `exograv rig new`, not designed for this machine. "
+            f"Design it first, in some minutes: `{self._command('motion')}`. Bring-up and calibration come afterwards."
+        )
 
     def _brought_up(self) -> str:
         if self.options.simulate:
@@ -184,6 +199,8 @@ class MachineReadiness:
 
     def _command(self, need: Need) -> str:
         match need:
+            case "motion":
+                return f"exograv rig motion {self.options.rig} --write"
             case "bring-up":
                 return same_machine("rig test", self.options, self.folder, "--by INITIALS")
             case "calibration":

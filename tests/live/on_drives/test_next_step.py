@@ -1,8 +1,9 @@
 """`exograv next` states what a machine, a person and a session have passed, and names the one command to run now."""
 
 import os
+import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -35,7 +36,7 @@ from exograv.storage.acceptance_protocol import (
 from exograv.storage.bring_up_sheet import write_sheet
 from exograv.storage.calibration_file import identity_of, write_calibration
 from exograv.storage.calibration_schema import MeasurementConditions, stored
-from exograv.storage.machine_readiness import NEEDED, WITHOUT_DRIVES
+from exograv.storage.machine_readiness import NEEDED, WITHOUT_DRIVES, WORN
 from exograv.storage.participant_file import write_participant
 from exograv.storage.participant_schema import Identified, StoredPerson
 from exograv.storage.self_test_pass import MachineKey, withdraw_pass, write_pass
@@ -312,6 +313,7 @@ def test_a_ready_machine_says_how_old_everything_is(bench: Bench):
     found = bench.next(participant=None)
     assert said(found) == {
         "drives": "drives.toml: 4 drives on udp.",
+        "motion": "that of rig.toml.",
         "bring-up": f"passed on {bench.now - 3 * DAY:%Y-%m-%d}, 3 days ago, by ab.",
         "calibration": "measured 2 days ago, 30 days are allowed; its friction 3 h ago.",
         "self-test": f"passed today at {bench.now:%H:%M}, with the timing of this computer.",
@@ -319,6 +321,25 @@ def test_a_ready_machine_says_how_old_everything_is(bench: Bench):
     }
     assert found.ready
     assert found.command == f"exograv run train --drives drives.toml --participant CODE {FORM}"
+
+
+@pytest.mark.parametrize(("source", "is_ready"), [("proposed", False), ("designed", True), ("own", True)])
+def test_a_motion_that_is_only_proposed_is_designed_before_anything_else(source: str, is_ready: bool, bench: Bench):
+    shutil.copytree(RIG.folder, "mine")
+    text = Path("mine/rig.toml").read_text(encoding="utf-8")
+    assert text.count("[excitation]") == 1
+    Path("mine/rig.toml").write_text(
+        text.replace("[excitation]", f'[excitation]\nsource = "{source}"'), encoding="utf-8"
+    )
+    command = "exograv rig motion mine --write"
+    for simulate in (False, True):
+        options = NextOptions(rig="mine", drives=Path("drives.toml"), simulate=simulate)
+        found = next_step(options, Path("out"))
+        assert (found.command != command) is (is_ready or simulate)
+    refused = not_ready(replace(options, simulate=False), Path("out"), load_rig("mine"), "run live", lambda _: None)
+    with pytest.raises(ExogravError) as caught:
+        refused(bench.drives)
+    assert (command in str(caught.value)) is not is_ready
 
 
 def test_simulated_drives_need_no_bring_up_and_no_form(bench: Bench):
@@ -343,7 +364,7 @@ def test_each_command_over_drives_asks_for_the_same_checks_in_this_order(command
         with pytest.raises(ExogravError) as refused:
             refuse(bench.drives)
         assert str(refused.value) == sentence
-        assert len(shown) == 3
+        assert len(shown) == len(WORN)
 
 
 ROOT = Path(__file__).parents[3]
