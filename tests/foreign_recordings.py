@@ -17,6 +17,7 @@ from exograv.runtime.ros2.messages import joint_state
 
 START_NS = 1_700_000_000_000_000_000
 KIND = "sensor_msgs/msg/JointState"
+STAMPED = "geometry_msgs/msg/WrenchStamped"
 
 
 def by_weight(motions: Sequence[MeasuredMotion]) -> list[tuple[np.ndarray, MeasuredMotion]]:
@@ -77,16 +78,31 @@ def _messages(description: RigDescription, motion: MeasuredMotion) -> list[tuple
     return [(stamp, joint_state(stamp, order, q, [], current)) for stamp, q, current in rows]
 
 
-def write_ros_mcap(path: Path, description: RigDescription, motion: MeasuredMotion) -> Path:
-    """Write JointState messages with currents as efforts into an MCAP file."""
+def write_ros_mcap(
+    path: Path, description: RigDescription, motion: MeasuredMotion, force_frame: str | None = None
+) -> Path:
+    """Write JointState messages with currents as efforts, and those of a force sensor, into an MCAP file."""
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start()
         channel = writer.register_channel("/joint_states", "cdr", writer.register_schema(KIND, "ros2msg", b""))
         for stamp, data in _messages(description, motion):
             writer.add_message(channel, stamp, data, stamp)
+        if motion.wrench is not None:
+            forces = writer.register_channel("/wrench", "json", writer.register_schema(STAMPED, "ros2msg", b""))
+            for t, row in zip(motion.t.tolist(), motion.wrench, strict=True):
+                stamp = START_NS + round(1e9 * t)
+                frame = force_frame or description.calibration.mount
+                writer.add_message(forces, stamp, _wrench(stamp, frame, row), stamp)
         writer.finish()
     return path
+
+
+def _wrench(stamp: int, frame: str, row: np.ndarray) -> bytes:
+    """Return a WrenchStamped in the JSON of the ROS bridges."""
+    force, torque = (dict(zip("xyz", part.tolist(), strict=True)) for part in np.split(row, 2))
+    head = {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": frame}
+    return json.dumps({"header": head, "wrench": {"force": force, "torque": torque}}).encode()
 
 
 def write_ros_bag(folder: Path, description: RigDescription, motion: MeasuredMotion) -> Path:
@@ -108,10 +124,13 @@ def write_csv(
     """Write each `every`th tick with the known weight [kg], commands and positions of the motors."""
     stems = ("q", "i", "tau_commanded", "q_motor")
     names = ["t", *(f"{stem}_{joint}" for stem in stems for joint in description.joints), "weight_kg"]
+    if any(one.wrench is not None for _, one in parts):
+        names += [f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz"]
     tables = []
     for kg, one in parts:
         assert one.q_motor is not None
         groups = (one.t[:, None], one.q, one.current, one.current_asked * description.nominal_gain, one.q_motor)
-        tables.append(np.hstack([*groups, np.full((len(one.t), 1), kg)])[::every])
+        forces = [] if one.wrench is None else [one.wrench]
+        tables.append(np.hstack([*groups, np.full((len(one.t), 1), kg), *forces])[::every])
     np.savetxt(path, np.vstack(tables), delimiter=",", header=",".join(names), comments="", fmt="%.9g")
     return path

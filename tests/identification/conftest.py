@@ -79,7 +79,7 @@ def _measured(exo: Exo, theta: np.ndarray) -> Sweeps:
                 rows.append((t, start, v, np.zeros(4), (0.0, 0.0), True))
     times, q, v, a, hung, start = (np.array(column) for column in zip(*rows, strict=True))
     age = (times[-1] - times)[None, :] / 600.0
-    tau = exo.model.batch.of(q.T, v.T, a.T, age, hung.T, theta)[0].T
+    tau = exo.model.batch.of(q.T, v.T, a.T, age, hung.T, np.zeros((6, len(q))), theta)[0].T
     noisy = tau + np.random.default_rng(0).normal(0.0, NOISE_SD, tau.shape)
     return Sweeps(times, q, v, a, noisy / exo.description.nominal_gain, hung, start)
 

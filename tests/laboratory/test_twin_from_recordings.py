@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.foreign_recordings import by_weight, write_csv, write_lerobot, write_ros_bag
 
-from exograv.errors import ConfigError, IdentificationError
+from exograv.errors import ConfigError, IdentificationError, RecordingError
 from exograv.laboratory.result_rows import still_to_rub
 from exograv.laboratory.twin_calibration import EmptyTwin, pilots
 from exograv.laboratory.twin_comparison import compare_twin
@@ -125,6 +125,15 @@ def test_other_forms_of_the_recording_give_the_same_twin_within_their_intervals(
 
 
 @pytest.mark.slow
+def test_a_recording_with_a_force_sensor_is_not_compared(fitted: Fitted, tmp_path: Path):
+    (recording,) = read_motions(RIG, [fitted.recording], {}, is_torque=False)
+    motion = recording.motions[0]
+    pulled = replace(motion, wrench=np.ones((len(motion.t), 6)), q_motor=motion.q)
+    path = write_csv(tmp_path / "pulled.csv", RIG, [(0.0, pulled)], 1)
+    with pytest.raises(RecordingError, match="without forces from outside"):
+        compare_twin(TwinCompareOptions(str(fitted.result.folder), path))
+
+
 def test_a_machine_without_a_twin_is_not_compared(fitted: Fitted):
     with pytest.raises(ConfigError, match="has no fitted twin"):
         compare_twin(TwinCompareOptions(RIG.name, fitted.recording))

@@ -14,7 +14,7 @@ from mcap.writer import Writer
 
 from exograv.errors import RecordingError
 from exograv.recording import read_log
-from exograv.recording.joint_states import read_joint_states
+from exograv.recording.joint_states import read_joint_states, read_wrenches
 from exograv.runtime.ros2.messages import joint_state
 
 JOINTS = ("turn", "lift")
@@ -44,6 +44,27 @@ def as_json(k: int) -> bytes:
         {"header": {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}}, "name": ORDER,
          "position": Q[k].tolist(), "velocity": V[k].tolist(), "effort": (5.0 * V[k]).tolist()}
     ).encode()  # fmt: skip
+
+
+WRENCH = np.column_stack([np.sin(T * k) for k in range(1, 7)])
+
+
+def wrench_cdr(k: int, frame: str = "ft") -> bytes:
+    stamp, name = START_NS + round(1e9 * T[k]), frame.encode() + b"\0"
+    head = struct.pack("<III", stamp // 10**9, stamp % 10**9, len(name)) + name
+    return b"\x00\x01\x00\x00" + head + bytes(-len(head) % 8) + struct.pack("<6d", *WRENCH[k])
+
+
+def wrench_ros1(k: int) -> bytes:
+    stamp = START_NS + round(1e9 * T[k])
+    return struct.pack("<IIII2s6d", k, stamp // 10**9, stamp % 10**9, 2, b"ft", *WRENCH[k])
+
+
+def wrench_json(k: int) -> bytes:
+    stamp, (force, torque) = START_NS + round(1e9 * T[k]), np.split(WRENCH[k], 2)
+    axes = [dict(zip("xyz", part.tolist(), strict=True)) for part in (force, torque)]
+    head = {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": "ft"}
+    return json.dumps({"header": head, "wrench": {"force": axes[0], "torque": axes[1]}}).encode()
 
 
 def write_mcap(
@@ -85,6 +106,32 @@ def test_each_encoding_gives_the_joints_of_the_description_in_its_order(tmp_path
     np.testing.assert_allclose(log.q, Q[:, [2, 0]])
     np.testing.assert_allclose(log.v, V[:, [2, 0]])
     np.testing.assert_allclose(log.effort, 5.0 * V[:, [2, 0]])
+
+
+STAMPED = "geometry_msgs/msg/WrenchStamped"
+
+
+@pytest.mark.parametrize(("kind", "message"), [("cdr", wrench_cdr), ("ros1", wrench_ros1), ("json", wrench_json)])
+def test_each_encoding_gives_the_wrenches_with_their_frame(tmp_path: Path, kind: str, message: Callable[[int], bytes]):
+    found = read_wrenches(write_mcap(tmp_path / "log.mcap", kind, message, STAMPED))
+    assert found is not None
+    assert found.frame == "ft"
+    np.testing.assert_allclose(found.t - found.t[0], T, atol=1e-6)
+    np.testing.assert_allclose(found.wrench, WRENCH)
+
+
+def test_wrenches_of_two_frames_are_refused_and_a_recording_may_have_none(tmp_path: Path):
+    path = write_mcap(tmp_path / "two.mcap", "cdr", lambda k: wrench_cdr(k, ("ft", "tool")[k % 2]), STAMPED)
+    with pytest.raises(RecordingError, match="at the frames ft, tool"):
+        read_wrenches(path)
+    assert read_wrenches(write_mcap(tmp_path / "none.mcap", "cdr", cdr)) is None
+
+
+@given(cut=st.integers(0, len(wrench_cdr(0)) - 1))
+def test_a_wrench_that_was_cut_is_refused(cut: int, tmp_path_factory: pytest.TempPathFactory):
+    path = write_mcap(tmp_path_factory.mktemp("cut") / "log.mcap", "cdr", lambda k: wrench_cdr(k)[:cut], STAMPED)
+    with pytest.raises(RecordingError, match="cannot be read as wrenches"):
+        read_wrenches(path)
 
 
 def test_missing_velocities_are_the_derivative_of_the_positions(tmp_path: Path):

@@ -87,6 +87,11 @@ def compare_twin(options: TwinCompareOptions, progress: Progress = lambda _text,
     description = load_rig(options.machine, options.side)
     whole = read_twin(description)
     (recording,) = read_motions(description, [options.recording], options.weight_of_file(), is_torque=False)
+    if any(one.wrench is not None for one in recording.motions):
+        raise RecordingError(
+            f"{options.recording} has a force sensor: the twin cannot be pulled as the machine was. Compare a "
+            "recording without forces from outside."
+        )
     motion_period_s = max(one.period_s for one in recording.motions)
     motion = _beginning(max(recording.motions, key=lambda one: len(one.t)), options.seconds)
     if not np.isfinite(motion.current_asked).all():

@@ -79,6 +79,16 @@ def frame_pose(tree: Tree, poses: Sequence[Transform], name: str) -> Transform:
     return body @ constant(frame.R_body_frame, frame.p_body_frame)
 
 
+def turning(R: ca.SX, z: ca.SX) -> ca.SX:
+    """Angular velocity of a rotation R (3, 3) per rate of each entry of z (3, freedom), in the outer frame's axes."""
+    by_z = ca.jacobian(ca.vec(R), z)
+    turns = []
+    for k in range(z.numel()):
+        S = ca.reshape(by_z[:, k], 3, 3) @ R.T
+        turns.append(ca.vertcat(S[2, 1], S[0, 2], S[1, 0]))
+    return ca.horzcat(*turns)
+
+
 def constant(R: np.ndarray, p: np.ndarray) -> Transform:
     """Pose that is constant, as an expression."""
     return Transform(ca.SX(ca.DM(R)), ca.SX(ca.DM(p)))

@@ -336,7 +336,30 @@ class _Builder:
         return tree
 
 
+def inertia_fault(inertial: ElementTree.Element, link: str, where: str) -> str | None:
+    """Return the fault of an <inertial> whose numbers can be read but that no body has; None if there is none."""
+    try:
+        phi, moments = _read_inertial(inertial, link, where)
+    except ModelError:
+        return None
+    if is_physical(phi):
+        return None
+    return (
+        f"{where}: no body has the inertia of link '{link}': principal moments {moments} kg·m². Each must be "
+        "positive and smaller than the sum of the other two. Correct <inertia>."
+    )
+
+
 def _inertial_parameters(inertial: ElementTree.Element, link: str, where: str) -> Float[np.ndarray, " 10"]:
+    phi, _ = _read_inertial(inertial, link, where)
+    fault = inertia_fault(inertial, link, where)
+    if fault is not None:
+        raise ModelError(fault)
+    return phi
+
+
+def _read_inertial(inertial: ElementTree.Element, link: str, where: str) -> tuple[Float[np.ndarray, " 10"], str]:
+    """Return the inertial parameters and, in words, the principal moments of an <inertial>."""
     mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
     if mass_element is None or inertia_element is None:
         raise ModelError(f"{where}: <inertial> of link '{link}' needs both <mass> and <inertia>. Add what is missing.")
@@ -349,14 +372,7 @@ def _inertial_parameters(inertial: ElementTree.Element, link: str, where: str) -
     )
     R, com = origin_of(inertial, f"<inertial> of link '{link}'", where)
     inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
-    phi = inertial_parameters(mass, com, inertia)
-    if not is_physical(phi):
-        moments = ", ".join(f"{m:.6g}" for m in np.linalg.eigvalsh(inertia))
-        raise ModelError(
-            f"{where}: no body has the inertia of link '{link}': principal moments {moments} kg·m². Each must be "
-            "positive and smaller than the sum of the other two. Correct <inertia>."
-        )
-    return phi
+    return inertial_parameters(mass, com, inertia), ", ".join(f"{m:.6g}" for m in np.linalg.eigvalsh(inertia))
 
 
 def _moved(phi: Float[np.ndarray, " 10"], R: Matrix, p: Vector) -> Float[np.ndarray, " 10"]:

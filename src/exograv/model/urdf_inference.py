@@ -27,6 +27,9 @@ MEET_M = 0.005
 NEAR_M = 0.05
 """Largest distance of the three shoulder axes from the point nearest to them at which this point is proposed as the
 shoulder's centre [m]. Assumed: the links of a shoulder have this thickness."""
+ELBOW_LEAST_M = 0.1
+"""Least distance of the fourth axis from the point where the first three meet, at which it is the elbow's [m]: shorter
+than any upper arm, and longer than the links of a shoulder."""
 SAME_M = 0.001
 SHOULDER_AXES = 3
 
@@ -135,13 +138,14 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
     points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
     names = [tree.joints[i].name for i in joints]
     n = _shoulder_axes(names)
-    has_named_elbow = _has_elbow_after_shoulder(names)
+    is_named, is_far = _has_elbow_after_shoulder(names), False
     meeting, apart_m = _foot(axes[0], points[0], points[1]) if n == 1 else None, 0.0
     if n > 1:
-        meeting, apart_m = _meeting_point(axes[:n], points[:n], NEAR_M if has_named_elbow else MEET_M)
+        meeting, apart_m = _meeting_point(axes[:n], points[:n], NEAR_M if is_named else MEET_M)
+        is_far = n == SHOULDER_AXES < len(names) and meeting is not None and _is_far(axes[n], points[n], meeting)
     centre = _placed_centre(tree, side) if meeting is None else _fixed_link(tree, meeting, side)
     length = _upper_arm(tree, joints[SHOULDER_AXES - 1 :] if apart_m else joints)
-    places = _places(names, length if meeting is not None else None, has_named_elbow)
+    places = _places(names, length if meeting is not None else None, is_named or is_far)
     return ArmGuess(side, joints, meeting, apart_m, n, centre, _cuffs(tree, side, joints), length, places)
 
 
@@ -149,6 +153,11 @@ def _has_elbow_after_shoulder(names: list[str]) -> bool:
     """Return True if the fourth joint is named as the elbow, and no joint before it as something else."""
     places = [place_of(name) for name in names[: SHOULDER_AXES + 1]]
     return len(places) > SHOULDER_AXES and places[-1] == "elbow" and set(places[:-1]) <= {None, "shoulder"}
+
+
+def _is_far(axis: Point, on_axis: Point, meeting: Point) -> bool:
+    """Return True if an axis is as far from the shoulder as that of an elbow."""
+    return float(np.linalg.norm(_foot(axis, on_axis, meeting) - meeting)) >= ELBOW_LEAST_M
 
 
 def _shoulder_axes(names: list[str]) -> int:
@@ -160,12 +169,12 @@ def _shoulder_axes(names: list[str]) -> int:
     return SHOULDER_AXES if len(names) >= SHOULDER_AXES else 0
 
 
-def _places(names: list[str], upper_arm: Length | None, has_named_elbow: bool) -> tuple[PlaceGuess, ...]:
+def _places(names: list[str], upper_arm: Length | None, has_elbow_fourth: bool) -> tuple[PlaceGuess, ...]:
     """Place of each joint by its name, otherwise by its position in a chain of shoulder, elbow and wrist."""
     named: list[Place | None] = [place_of(name) for name in names]
     if named == [None]:
         return (ONLY_JOINT,)
-    by_position = _by_position(names, upper_arm, has_named_elbow)
+    by_position = _by_position(names, upper_arm, has_elbow_fourth)
     if any(one not in (None, other) for one, other in zip(named, by_position, strict=True)):
         by_position = [None] * len(names)  # This machine is built in another way.
     return tuple(_guess(one, other) for one, other in zip(named, by_position, strict=True))
@@ -177,10 +186,10 @@ def _guess(named: Place | None, by_position: Place | None) -> PlaceGuess:
     return UNKNOWN if by_position is None else PlaceGuess(by_position, "by its position")
 
 
-def _by_position(names: list[str], upper_arm: Length | None, has_named_elbow: bool) -> list[Place | None]:
+def _by_position(names: list[str], upper_arm: Length | None, has_elbow_fourth: bool) -> list[Place | None]:
     places: list[Place | None] = ["shoulder"] * SHOULDER_AXES
     is_fourth = upper_arm is not None and names.index(upper_arm.joint) == SHOULDER_AXES
-    if not (is_fourth or has_named_elbow):
+    if not (is_fourth or has_elbow_fourth):
         return [None] * len(names)
     beyond = len(names) - SHOULDER_AXES - 1
     return [*places, "elbow", *repeat("wrist", beyond)]

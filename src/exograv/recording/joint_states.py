@@ -1,13 +1,13 @@
-"""Joint states of ROS recordings: MCAP files, and the SQLite files of ROS 2 bags, without a ROS installation."""
+"""Joint states and wrenches of ROS recordings: MCAP files and the SQLite files of ROS 2 bags, without ROS."""
 
 import json
 import sqlite3
 import struct
 from array import array
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -17,8 +17,14 @@ from mcap.reader import make_reader
 from exograv.errors import RecordingError
 
 TYPES = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
+WRENCHES = ("geometry_msgs/msg/WrenchStamped", "geometry_msgs/WrenchStamped")
+WRENCH = 6
+"""Components of a wrench: force, then moment."""
 SUFFIXES = (".mcap", ".db3", ".bag")
 """Ends of the names of ROS recordings."""
+
+
+_Message = TypeVar("_Message")
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,23 @@ class JointStates:
 
     effort: Float[np.ndarray, "sample joint"]
     """Effort, as the driver of the robot writes it: torque [N·m] or motor current [A]."""
+
+    start_s: float
+    """Time stamp of the first message [s]."""
+
+
+@dataclass(frozen=True)
+class Wrenches:
+    """Measurements of a force sensor in one recording, one row per message, in the order of their time stamps."""
+
+    t: Float[np.ndarray, " sample"]
+    """Time stamp of the message [s]."""
+
+    wrench: Float[np.ndarray, "sample 6"]
+    """Force [N] and moment [N·m] about the origin of the frame, in its axes."""
+
+    frame: str | None
+    """Frame of the messages; None if they state none."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +84,7 @@ def read_joint_states(path: Path, joints: Sequence[str]) -> JointStates:
     seen, count = set[str](), 0
     stamps, q, v, effort = array("d"), array("d"), array("d"), array("d")
     has_velocity = True
-    for state in _states(path):
+    for state in _messages(path, TYPES, _of_json, _fields, "joint states"):
         seen.update(state.names)
         row = _row(state, joints)
         if row is not None:
@@ -79,12 +102,27 @@ def read_joint_states(path: Path, joints: Sequence[str]) -> JointStates:
     t = np.array(stamps) - stamps[0]
     positions, efforts = (np.array(column).reshape(count, len(joints)) for column in (q, effort))
     if has_velocity:
-        return JointStates(t, positions, np.array(v).reshape(count, len(joints)), efforts)
+        return JointStates(t, positions, np.array(v).reshape(count, len(joints)), efforts, stamps[0])
     rising = np.concatenate([[True], np.diff(t) > 0.0])
     if np.count_nonzero(rising) < 2:
         raise RecordingError(f"{path}: the time stamps of the joint states do not rise.")
     t, positions, efforts = t[rising], positions[rising], efforts[rising]
-    return JointStates(t, positions, np.gradient(positions, t, axis=0), efforts)
+    return JointStates(t, positions, np.gradient(positions, t, axis=0), efforts, stamps[0])
+
+
+def read_wrenches(path: Path) -> Wrenches | None:
+    """Read all messages of type WrenchStamped; None if there are none.
+
+    Raises:
+        RecordingError: The file cannot be read, or its messages are of several frames.
+    """
+    rows = sorted(_messages(path, WRENCHES, _wrench_of_json, _wrench_fields, "wrenches"))
+    if not rows:
+        return None
+    frames = sorted({frame for _, frame, _ in rows})
+    if len(frames) > 1:
+        raise RecordingError(f"{path} has wrenches at the frames {', '.join(frames)}. Keep those of one force sensor.")
+    return Wrenches(np.array([t for t, _, _ in rows]), np.array([list(row) for _, _, row in rows]), frames[0] or None)
 
 
 def _row(state: _State, joints: Sequence[str]) -> tuple[Any, ...] | None:
@@ -99,19 +137,34 @@ def _row(state: _State, joints: Sequence[str]) -> tuple[Any, ...] | None:
     return state.stamp_s, [state.position[k] for k in places], velocity, [state.effort[k] for k in places]
 
 
-def _states(path: Path) -> Iterator[_State]:
+def _messages(
+    path: Path,
+    types: Sequence[str],
+    of_json: Callable[[Mapping[str, Any]], _Message],
+    of_fields: "Callable[[_Cursor], _Message]",
+    kind: str,
+) -> Iterator[_Message]:
     for file in _files(path):
         if file.suffix == ".bag":
             raise RecordingError(
                 f"{file} is a bag of ROS 1. Convert it with `rosbags-convert --src {file.name} --dst out` "
                 "(Python package rosbags), then give the folder."
             )
-        messages = _of_mcap(file) if file.suffix == ".mcap" else _of_sqlite(file)
+        messages = _of_mcap(file, types) if file.suffix == ".mcap" else _of_sqlite(file, types)
         try:
             for encoding, data in messages:
-                yield _decoded(encoding, data)
-        except (OSError, McapError, sqlite3.Error, struct.error, UnicodeDecodeError, ValueError) as error:
-            raise RecordingError(f"{file} cannot be read as joint states: {error}.") from error
+                yield of_json(json.loads(data)) if encoding == "json" else of_fields(_cursor(encoding, data))
+        except (
+            OSError,
+            McapError,
+            sqlite3.Error,
+            struct.error,
+            KeyError,
+            TypeError,
+            UnicodeDecodeError,
+            ValueError,
+        ) as error:
+            raise RecordingError(f"{file} cannot be read as {kind}: {error}.") from error
 
 
 def _files(path: Path) -> list[Path]:
@@ -123,20 +176,20 @@ def _files(path: Path) -> list[Path]:
     return files
 
 
-def _of_mcap(path: Path) -> Iterator[tuple[str, bytes]]:
+def _of_mcap(path: Path, types: Sequence[str]) -> Iterator[tuple[str, bytes]]:
     with path.open("rb") as stream:
         for schema, channel, message in make_reader(stream).iter_messages():
-            if schema is not None and schema.name in TYPES:
+            if schema is not None and schema.name in types:
                 yield channel.message_encoding, message.data
 
 
-def _of_sqlite(path: Path) -> Iterator[tuple[str, bytes]]:
+def _of_sqlite(path: Path, types: Sequence[str]) -> Iterator[tuple[str, bytes]]:
     if not path.is_file():
         raise RecordingError(f"The recording {path} does not exist. Check its path.")
     connection = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
     try:
         topics: Iterable[tuple[int, str]] = connection.execute("select id, type from topics").fetchall()
-        for topic in (number for number, kind in topics if kind in TYPES):
+        for topic in (number for number, kind in topics if kind in types):
             for (data,) in connection.execute(
                 "select data from messages where topic_id = ? order by timestamp", [topic]
             ):
@@ -145,30 +198,50 @@ def _of_sqlite(path: Path) -> Iterator[tuple[str, bytes]]:
         connection.close()
 
 
-def _decoded(encoding: str, data: bytes) -> _State:
-    if encoding == "json":
-        return _of_json(json.loads(data))
+def _cursor(encoding: str, data: bytes) -> "_Cursor":
     if encoding == "cdr":
         if len(data) < 4 or data[1] not in (0, 1):
             raise ValueError("the message is no plain CDR")
-        return _fields(_Cursor(data[4:], "<" if data[1] == 1 else ">", aligned=True, zero_ended=True))
+        return _Cursor(data[4:], "<" if data[1] == 1 else ">", aligned=True, zero_ended=True)
     if encoding == "ros1":
-        return _fields(_Cursor(data, "<", aligned=False, zero_ended=False))
+        return _Cursor(data, "<", aligned=False, zero_ended=False)
     raise ValueError(f"the encoding '{encoding}' of the messages is unknown; known are cdr, ros1 and json")
 
 
 def _of_json(message: Mapping[str, Any]) -> _State:
-    stamp = message.get("header", {}).get("stamp", {})
-    seconds = float(stamp.get("sec", 0)) + 1e-9 * float(stamp.get("nanosec", stamp.get("nsec", 0)))
+    seconds = _stamp_of_json(message)
     values = (tuple(float(value) for value in message.get(name, ())) for name in ("position", "velocity", "effort"))
     return _State(seconds, tuple(map(str, message.get("name", ()))), *values)
 
 
-def _fields(cursor: "_Cursor") -> _State:
+def _stamp_of_json(message: Mapping[str, Any]) -> float:
+    stamp = message.get("header", {}).get("stamp", {})
+    return float(stamp.get("sec", 0)) + 1e-9 * float(stamp.get("nanosec", stamp.get("nsec", 0)))
+
+
+def _wrench_of_json(message: Mapping[str, Any]) -> tuple[float, str, tuple[float, ...]]:
+    """Return stamp [s], frame, and force and torque of a WrenchStamped."""
+    wrench = message["wrench"]
+    values = tuple(float(wrench[part][axis]) for part in ("force", "torque") for axis in "xyz")
+    return _stamp_of_json(message), str(message.get("header", {}).get("frame_id", "")), values
+
+
+def _wrench_fields(cursor: "_Cursor") -> tuple[float, str, tuple[float, ...]]:
+    """Return stamp [s], frame, and force and torque of a WrenchStamped."""
+    seconds, frame = _header(cursor)
+    return seconds, frame, cursor.fixed_float64s(WRENCH)
+
+
+def _header(cursor: "_Cursor") -> tuple[float, str]:
+    """Return stamp [s] and frame of a header."""
     if not cursor.aligned:
         cursor.uint32()  # sequence number of a header of ROS 1
     seconds = cursor.uint32() + 1e-9 * cursor.uint32()
-    cursor.text()
+    return seconds, cursor.text()
+
+
+def _fields(cursor: "_Cursor") -> _State:
+    seconds, _ = _header(cursor)
     names = tuple(cursor.text() for _ in range(cursor.count(4)))
     return _State(seconds, names, cursor.float64s(), cursor.float64s(), cursor.float64s())
 
@@ -202,6 +275,10 @@ class _Cursor:
     def float64s(self) -> tuple[float, ...]:
         count = self.count(8)
         return self._unpack("d", 8, count) if count else ()
+
+    def fixed_float64s(self, count: int) -> tuple[float, ...]:
+        """Return this many numbers."""
+        return self._unpack("d", 8, count)
 
     def _unpack(self, kind: str, size: int, count: int) -> tuple[Any, ...]:
         if self.aligned:

@@ -458,3 +458,41 @@ def test_a_motion_that_is_only_proposed_is_said_until_a_designed_one_is_written(
     assert motion_note(rig) is None
     assert load_rig(rig).excitation == block
     assert after.startswith(before[: before.index("[excitation]")])
+
+
+IMPOSSIBLE = 'ixx="2.4e-06" ixy="1e-06" ixz="1e-06" iyy="2.4e-06" iyz="1e-06" izz="7.5e-07"'
+
+
+def impossible(name: str, mass: float) -> str:
+    """Return a link whose inertia no body has."""
+    return f'<link name="{name}"><inertial><mass value="{mass}"/><inertia {IMPOSSIBLE}/></inertial></link>'
+
+
+def test_a_finger_with_an_impossible_inertia_is_taken_as_a_ball_of_its_mass(tmp_path: Path):
+    finger = [impossible("finger", 0.036), joint("f", ("d_right_elbow", "finger"), "0 0 -0.3", "0 1 0", "0 0.04 9 1")]
+    found = new(tmp_path, robot("exo", link("base"), arm("base", NAMES), *finger), joints=NAMES)
+    assert any("balls of steel" in note and "finger 0.036 kg" in note for note in found.notes)
+    answered(found.folder, FOUR)
+    assert tree_of(found.folder).phi[3, 0] == pytest.approx(0.7 + 0.036)
+
+
+def test_a_moving_link_with_an_impossible_inertia_is_refused_beside_all_other_faults(tmp_path: Path):
+    wrong, count = re.subn('<link name="d_right_elbow">.*</link>', impossible("d_right_elbow", 0.7), ONE_ARM)
+    assert count == 1
+    with pytest.raises(ModelError, match="no body has the inertia of link 'd_right_elbow'"):
+        new(tmp_path, wrong)
+    with pytest.raises(ModelError) as caught:
+        new(tmp_path, wrong.replace('effort="30"', 'effort="x"'))
+    for part in ("no body has the inertia", "effort is 'x'"):
+        assert part in str(caught.value)
+
+
+@pytest.mark.parametrize(("offset", "asked"), [("0 0.0315 -0.15", 0), ("0.02 0.02 -0.05", 4)], ids=["arm", "short"])
+def test_numbered_joints_get_their_places_if_the_fourth_axis_is_as_far_as_an_elbow(
+    offset: str, asked: int, tmp_path: Path
+):
+    text = robot("exo", link("base"), arm("base", NUMBERS))
+    elbow = f'<child link="d_{NUMBERS[3]}"/><origin xyz="0 0 -0.29"/>'
+    assert elbow in text
+    found = new(tmp_path, text.replace(elbow, elbow.replace("0 0 -0.29", offset)), side="right")
+    assert [question.key for question in found.questions].count("actuators.place") == asked

@@ -1,6 +1,7 @@
 """Forms of several programs that hold the same motion are read alike."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,12 @@ from tests.foreign_recordings import (
     write_ros_mcap,
 )
 
+from exograv.errors import ConfigError, RecordingError
 from exograv.identification.machine_twin.drive_response import encoder_step
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion, has_motor_encoders
 from exograv.model.description import load_rig
+from exograv.procedures.machine_twin.fit_command import fit_and_write
+from exograv.procedures.machine_twin.options import TwinFitOptions
 from exograv.procedures.machine_twin.read_motions import hung_row, read_motions
 
 RIG = load_rig("recupera_like")
@@ -71,6 +75,37 @@ def test_a_source_has_only_what_it_holds(source: str, tmp_path: Path):
     assert np.isnan(found.current_asked).all() == (source in SILENT)
     assert has_motor_encoders([found]) == (source == "csv")
     assert not found.has_all_commands
+
+
+@pytest.mark.parametrize("source", ["csv", "mcap"])
+def test_a_force_sensor_is_read_with_its_frame(source: str, tmp_path: Path):
+    made = moved()
+    wrench = np.sin(np.outer(made.t, np.arange(1.0, 7.0)))
+    (recording,) = read_motions(RIG, [WRITERS[source](tmp_path, replace(made, wrench=wrench))], {}, is_torque=False)
+    (motion,) = recording.motions
+    assert motion.wrench is not None
+    np.testing.assert_allclose(motion.wrench, wrench, atol=1e-6)
+    assert recording.force_frame == (MOUNT if source == "mcap" else None)
+
+
+def test_a_recording_without_a_force_sensor_has_no_wrench(tmp_path: Path):
+    assert [read(WRITERS[source](tmp_path, moved())).wrench for source in ("csv", "mcap")] == [None, None]
+
+
+def test_a_frame_that_is_not_that_of_the_sensor_is_refused_before_the_fit(tmp_path: Path):
+    with pytest.raises(ConfigError, match="'hand', which is no frame of"):
+        fit_and_write(TwinFitOptions(RIG.name, (tmp_path / "none.csv",), force_frame="hand"), tmp_path)
+    made = replace(moved(), wrench=np.zeros((TICKS, 6)))
+    path = write_ros_mcap(tmp_path / "ros.mcap", RIG, made, "ft_sensor")
+    with pytest.raises(ConfigError, match="at the frame 'ft_sensor', not at 'calibration_mount'"):
+        fit_and_write(TwinFitOptions(RIG.name, (path,)), tmp_path)
+
+
+def test_moments_without_forces_are_refused(tmp_path: Path):
+    path = WRITERS["csv"](tmp_path, replace(moved(), wrench=np.zeros((TICKS, 6))))
+    path.write_text(path.read_text().replace("force_", "push_", 3))
+    with pytest.raises(RecordingError, match="force_x, force_y and force_z"):
+        read_motions(RIG, [path], {}, is_torque=False)
 
 
 def test_stamps_of_32_bits_of_ten_minutes_keep_period_and_encoders(tmp_path: Path):

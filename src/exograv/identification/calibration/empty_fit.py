@@ -63,6 +63,9 @@ class Sweeps:
     slides: Bool[np.ndarray, "sample joint"] | None = field(default=None, kw_only=True)
     """True where a joint has gone far enough since its last reversal for its whole friction; None if not known."""
 
+    wrench: Float[np.ndarray, "sample 6"] | None = field(default=None, kw_only=True)
+    """Measured wrench on the machine: force [N] and moment [N·m] at the frame of the sensor; None without a sensor."""
+
     @property
     def clear(self) -> Bool[np.ndarray, "sample joint"]:
         """True where friction has a clear direction."""
@@ -111,11 +114,18 @@ class Fit:
 class EmptyMachine:
     """Model of an empty machine, compiled once, with the fit to its sweeps."""
 
-    def __init__(self, description: RigDescription, tree: Tree, per_joint: tuple[str, ...] = PER_JOINT):
+    def __init__(
+        self,
+        description: RigDescription,
+        tree: Tree,
+        per_joint: tuple[str, ...] = PER_JOINT,
+        force_frame: str | None = None,
+    ):
+        """Compile the model; a force sensor measures at `force_frame`, the mount of the calibration if None."""
         self.description = description
         self.prior = data_sheet_prior(description, tree, per_joint)
         self._start_sd = START_SD * usual_friction(description, COULOMB)[0]
-        self.batch = compile_model(description, tree, self.prior.layout)
+        self.batch = compile_model(description, tree, self.prior.layout, force_frame)
 
     def fit(self, sweeps: Sweeps, prior: EmptyPrior, first: Fit | None = None) -> Fit:
         """Fit the maximum a posteriori; a `first` fit gives size and correlation of the residuals.
@@ -154,6 +164,7 @@ class EmptyMachine:
         for name in ("q", "v", "a", "hung"):
             samples.inputs[name][...] = getattr(sweeps, name).T
         samples.inputs["age"][...] = (t_end - sweeps.t) / AGE_S
+        samples.inputs["wrench"][...] = 0.0 if sweeps.wrench is None else sweeps.wrench.T
         return samples
 
     def _descend(

@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 
 from exograv import kernel
+from exograv.dynamics.frame_wrench import frame_torque
 from exograv.dynamics.friction import Friction, friction_torque
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.dynamics.rnea import rnea
@@ -22,22 +23,31 @@ without a clear direction are left out. A start from rest is a sample ten times 
 FILTER_DELAY_S = 0.04
 """Delay of the sample filter [s]; it attenuates fast ripple."""
 
-ARGUMENTS = ("q", "v", "a", "age", "hung", "theta")
+ARGUMENTS = ("q", "v", "a", "age", "hung", "wrench", "theta")
+WRENCH = 6
+"""Components of a wrench: force, then moment."""
 
 
-def compile_model(description: RigDescription, tree: Tree, layout: EmptyLayout) -> kernel.Batch:
+def compile_model(
+    description: RigDescription, tree: Tree, layout: EmptyLayout, force_frame: str | None = None
+) -> kernel.Batch:
     """Nominal torque, gain × current by the data sheet (joint,) [N·m], and its derivative (joint, unknown).
 
     Arguments: measured position q [rad], v, a, age of the sample before the end [AGE_S], known weights at the mounts
-    (mount × weight, all weights of the first mount first) [-], and the unknowns theta.
+    (mount × weight, all weights of the first mount first) [-], the wrench of a force sensor on the machine (6,)
+    [N, N·m] at `force_frame`, in its axes, and the unknowns theta. The frame is the mount of the calibration if None.
     """
-    return kernel.compile(kernel.Recipe(_model_function, (description, tree, layout)), lanes=0, shared=("theta",))
+    return kernel.compile(
+        kernel.Recipe(_model_function, (description, tree, layout, force_frame or description.calibration.mount)),
+        lanes=0,
+        shared=("theta",),
+    )
 
 
-def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout) -> ca.Function:
+def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout, force_frame: str) -> ca.Function:
     n, mounts = layout.joints, description.mounts
     q, v, a = (ca.SX.sym(name, n) for name in ("q", "v", "a"))
-    age, hung = ca.SX.sym("age"), ca.SX.sym("hung", len(mounts) * layout.weights)
+    age, hung, wrench = ca.SX.sym("age"), ca.SX.sym("hung", len(mounts) * layout.weights), ca.SX.sym("wrench", WRENCH)
     theta = ca.SX.sym("theta", layout.links.stop)
     unknown = {name: theta[layout.of(name)] for name in layout.per_joint}
     phi = ca.reshape(theta[layout.links], 10, n)
@@ -47,11 +57,17 @@ def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout
     for mount, mass in zip(mounts, ca.vertsplit(masses), strict=True):
         frame = tree.frame(mount)
         phi[:, frame.body] += mass * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
-    load = rnea(tree, q - unknown["offset"], v, a, phi, _gravity(theta[layout.tilt])) + unknown["rotor"] * a
+    true_q = ca.SX.sym("true_q", n)
+    pulled = ca.substitute(frame_torque(tree, true_q, force_frame, wrench), true_q, q - unknown["offset"])
+    load = rnea(tree, q - unknown["offset"], v, a, phi, _gravity(theta[layout.tilt])) + unknown["rotor"] * a - pulled
     rubbed = friction_by_unknowns(unknown, age, v, load) + _ripple(description, unknown, q, v)
     tau = unknown["inverse_gain"] * (load + rubbed)
     return ca.Function(
-        "empty", [q, v, a, age, hung, theta], [tau, ca.jacobian(tau, theta)], list(ARGUMENTS), ["tau", "derivative"]
+        "empty",
+        [q, v, a, age, hung, wrench, theta],
+        [tau, ca.jacobian(tau, theta)],
+        list(ARGUMENTS),
+        ["tau", "derivative"],
     )
 
 

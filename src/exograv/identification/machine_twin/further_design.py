@@ -159,12 +159,15 @@ def _weight(fit: Fit) -> Float[np.ndarray, " joint"]:
 
 
 def _joined(first: Sweeps, second: Sweeps) -> Sweeps:
-    """Return the samples of two motions, the second after the first."""
+    """Return the samples of two motions, the second after the first and without a force sensor."""
     t = np.concatenate([first.t, first.t[-1] + SAMPLE_PERIOD_S + second.t])
     names = ("q", "v", "a", "current", "hung", "start")
     rows = (np.concatenate([getattr(first, name), getattr(second, name)]) for name in names)
     far = [np.ones(one.q.shape, dtype=bool) if one.slides is None else one.slides for one in (first, second)]
-    return Sweeps(t, *rows, v_clear=V_CLEAR_TWIN, slides=np.concatenate(far))
+    wrench = (
+        None if first.wrench is None else np.vstack([first.wrench, np.zeros((len(second.t), first.wrench.shape[1]))])
+    )
+    return Sweeps(t, *rows, v_clear=V_CLEAR_TWIN, slides=np.concatenate(far), wrench=wrench)
 
 
 class _Criterion:
@@ -185,6 +188,7 @@ class _Criterion:
         self._samples.inputs["theta"][:] = fit.theta
         self._samples.inputs["age"][...] = 0.0
         self._samples.inputs["hung"][...] = 0.0
+        self._samples.inputs["wrench"][...] = 0.0
         self._known = np.linalg.inv(fit.covariance)
         self._weight = _weight(fit)
 

@@ -42,6 +42,10 @@ MOVED_S, COMPARED_MOVED_S = 10.0, 2.0
 SMOOTHED_HZ = 15.0
 """Corner of the filter without phase that smooths positions for the validation at every tick [Hz]."""
 
+DRIVEN_OVER_NOISE = 5.0
+"""Least RMS torque of a motor in clear motion over the noise of its samples [-]. Without torque, links and friction of
+any common size explain a motion."""
+
 COMPARED_S = 1.0
 """Length of the blocks in which laws of friction are compared [s]."""
 
@@ -132,16 +136,20 @@ def fit_machine(
     tree: Tree,
     motions: tuple[MeasuredMotion, ...],
     progress: Progress = lambda _text, _share: None,
+    force_frame: str | None = None,
 ) -> MachineFit:
     """Fit the twin to recordings of the empty machine, with the data sheet as prior.
 
+    A force sensor in a recording measures at `force_frame`; at the mount of the calibration if None.
+
     Raises:
-        IdentificationError: A joint moved too little.
+        IdentificationError: A joint moved too little, or only without torque.
     """
     progress("Filtering the motion", 0.1)
     samples = samples_of(motions)
     moved_s = _moved_s(description, samples, MOVED_S)
-    model = EmptyMachine(description, tree, TWIN_PER_JOINT)
+    _refuse_undriven(description, samples, motions)
+    model = EmptyMachine(description, tree, TWIN_PER_JOINT, force_frame)
     choosing = samples.only(samples.fold < CHOICE_FOLD)
     progress("Choosing the law of friction", 0.3)
     drawings = with_link_errors(model.prior, likely_link_errors(model, choosing))
@@ -198,6 +206,17 @@ def _moved_s(description: RigDescription, samples: Samples, least_s: float) -> J
                 "recording in which it moves, such as one of `exograv rig calibrate`."
             )
     return moved_s
+
+
+def _refuse_undriven(description: RigDescription, samples: Samples, motions: tuple[MeasuredMotion, ...]) -> None:
+    noise = sample_noise(motions[0].period_s, _rough_noise(motions))
+    driven = _rms(np.where(samples.sweeps.clear, samples.sweeps.current, np.nan))
+    for joint, torque, least in zip(description.joints, driven, DRIVEN_OVER_NOISE * noise, strict=True):
+        if torque < least:
+            raise IdentificationError(
+                f"Joint '{joint}' moves in the recordings, but its motor gives no torque above its noise. A free decay "
+                "tells friction and rotor only beside motion by the motors. Give also a recording of a calibration."
+            )
 
 
 def _rough_noise(motions: tuple[MeasuredMotion, ...]) -> Joints:
@@ -258,7 +277,9 @@ def _smooth_ticks(motion: MeasuredMotion, shift: float, folds: tuple[int, ...] =
     is_known = np.isfinite(motion.hung).all(axis=1)
     chosen = np.flatnonzero(np.isin(fold, folds) & is_known)[::TICKS_APART]
     rows = (t[chosen] + shift, q[chosen], v[chosen], a[chosen], motion.current[chosen], motion.hung[chosen])
-    return Sweeps(*rows, np.zeros(len(chosen), dtype=bool), v_clear=V_CLEAR_TWIN, slides=slides(motion.q)[chosen])
+    wrench = None if motion.wrench is None else motion.wrench[chosen]
+    still, far = np.zeros(len(chosen), dtype=bool), slides(motion.q)[chosen]
+    return Sweeps(*rows, still, v_clear=V_CLEAR_TWIN, slides=far, wrench=wrench)
 
 
 def _residual_at_ticks(

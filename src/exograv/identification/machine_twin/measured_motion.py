@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from exograv.identification.calibration.empty_fit import SAMPLE_PERIOD_S, Sweeps
-from exograv.identification.calibration.empty_model import FILTER_DELAY_S
+from exograv.identification.calibration.empty_model import FILTER_DELAY_S, WRENCH
 from exograv.identification.core.sample_filter import SampleFilter
 
 V_CLEAR_TWIN = 0.02
@@ -61,6 +61,9 @@ class MeasuredMotion:
     temperature: Float[np.ndarray, "tick joint"] | None = None
     """Temperatures of the windings [°C], NaN where a drive does not measure it; None without any."""
 
+    wrench: Float[np.ndarray, "tick 6"] | None = None
+    """Wrench on the machine by a force sensor: force [N], moment [N·m] at its frame, in its axes; None without one."""
+
     has_all_commands: bool = True
     """True if each command has a row; a log of another program may be slower than the loop."""
 
@@ -91,7 +94,8 @@ class Samples:
         """Return the chosen samples."""
         s = self.sweeps
         rows = (s.t[chosen], s.q[chosen], s.v[chosen], s.a[chosen], s.current[chosen], s.hung[chosen], s.start[chosen])
-        return Sweeps(*rows, v_clear=s.v_clear, slides=None if s.slides is None else s.slides[chosen])
+        slides, wrench = (None if one is None else one[chosen] for one in (s.slides, s.wrench))
+        return Sweeps(*rows, v_clear=s.v_clear, slides=slides, wrench=wrench)
 
 
 def samples_of(motions: tuple[MeasuredMotion, ...]) -> Samples:
@@ -104,15 +108,17 @@ def samples_of(motions: tuple[MeasuredMotion, ...]) -> Samples:
         folds.append(((t - motion.t[0] + shift) // BLOCK_S).astype(int) % FOLDS)
         # The model counts the age of friction: recordings follow each other as if nothing happened between them.
         shift += float(motion.t[-1] - motion.t[0])
-    t, q, v, a, current, hung, slides, wound_up, temperature = (
+    t, q, v, a, current, hung, slides, wound_up, temperature, pulled = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
-    sweeps = Sweeps(t, q, v, a, current, hung, np.zeros(len(t), dtype=bool), v_clear=V_CLEAR_TWIN, slides=slides)
+    wrench = None if all(motion.wrench is None for motion in motions) else pulled
+    moved = (t, q, v, a, current, hung, np.zeros(len(t), dtype=bool))
+    sweeps = Sweeps(*moved, v_clear=V_CLEAR_TWIN, slides=slides, wrench=wrench)
     return Samples(sweeps, np.concatenate(folds), wound_up, temperature)
 
 
 def _filtered(motion: MeasuredMotion) -> tuple[np.ndarray, ...]:
-    """Return time, q, v, a, current, weights, sliding, wind-up, temperature of the samples in which a joint moves."""
+    """Return time, q, v, a, current, weights, sliding, wind-up, temperature, wrench of samples where a joint moves."""
     period_s = motion.period_s
     sample_filter, every = SampleFilter(motion.q.shape[1], period_s, FILTER_DELAY_S), round(SAMPLE_PERIOD_S / period_s)
     is_known = np.atleast_1d(np.isfinite(motion.hung).all(axis=1)).tolist()
@@ -127,21 +133,30 @@ def _filtered(motion: MeasuredMotion) -> tuple[np.ndarray, ...]:
     # The filter is as late as its delay, and a sample contains the friction of some time before.
     before = np.maximum(ticks - round(2.0 * FILTER_DELAY_S / period_s), 0)
     warmth = np.full_like(motion.q, np.nan) if motion.temperature is None else motion.temperature
-    wound_up = _wound_up(motion)[ticks]
-    return (motion.t[ticks], *columns, motion.hung[ticks], slides(motion.q)[before], wound_up, warmth[ticks])
+    told = motion.hung[ticks], slides(motion.q)[before], _wound_up(motion)[ticks], warmth[ticks], _wrench(motion)[ticks]
+    return (motion.t[ticks], *columns, *told)
 
 
 def _wound_up(motion: MeasuredMotion) -> Float[np.ndarray, "tick joint"]:
     """Lead of the motors' encoders behind the filter of the samples [rad]; NaN without such encoders."""
     if motion.q_motor is None:
         return np.full_like(motion.q, np.nan)
-    sample_filter = SampleFilter(motion.q.shape[1], motion.period_s, FILTER_DELAY_S)
     lead = motion.q_motor - motion.q
-    known = np.nan_to_num(lead)
-    filtered = np.array(
-        [sample_filter.update(q, of_tick).tau.copy() for q, of_tick in zip(motion.q, known, strict=True)]
-    )
-    return np.where(np.isfinite(lead).all(axis=0), filtered, np.nan)
+    return np.where(np.isfinite(lead).all(axis=0), _like_samples(np.nan_to_num(lead), motion.period_s), np.nan)
+
+
+def _wrench(motion: MeasuredMotion) -> Float[np.ndarray, "tick 6"]:
+    """Measured wrench behind the filter of the samples [N, N·m]; zero without a sensor."""
+    if motion.wrench is None:
+        return np.zeros((len(motion.t), WRENCH))
+    return _like_samples(motion.wrench, motion.period_s)
+
+
+def _like_samples(values: Float[np.ndarray, "tick column"], period_s: float) -> Float[np.ndarray, "tick column"]:
+    """Filter columns as the samples are filtered."""
+    sample_filter = SampleFilter(values.shape[1], period_s, FILTER_DELAY_S)
+    none = np.zeros(values.shape[1])
+    return np.array([sample_filter.update(none, row).tau.copy() for row in values])
 
 
 def slides(q: Float[np.ndarray, "tick joint"]) -> np.ndarray:

@@ -14,10 +14,12 @@ whose rest has the variance of the held-out residuals beyond the noise of the se
 Held-out residuals do not tell whether an error is additive or proportional to the torque: each of the two alone may
 explain them. Both explanations count as equally likely, so that each contributes half of its variance.
 
+Errors of a force sensor are considered in the same way: one error of its scale, and a constant force after taring.
+
 Source: Schmidt 1966 (considered parameters); Kennedy & O'Hagan 2001, JRSS B 63:425 (discrepancy).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -33,6 +35,12 @@ ANGLE_LENGTH_RAD = 1.0
 
 TIME_LENGTH_S = 60.0
 """Correlation length over time [s]: motors warm up over some minutes."""
+
+FORCE_SCALE_SD = 0.01
+"""Standard deviation of the scale of a force sensor [-]: data sheets of six-axis sensors state errors of 1 to 2 %."""
+
+FORCE_BIAS_N = 0.3
+"""Standard deviation of the force that a sensor shows after taring, by drift, along each axis [N]."""
 
 SEED = 34
 
@@ -95,14 +103,33 @@ class Considered:
         return DiscrepancySize(*sizes)
 
     def covariance(self, fit: Fit, size: DiscrepancySize) -> Float[np.ndarray, "unknown unknown"]:
-        """Covariance of a fit to all samples, with the effect of the fields: P + Σ_j A_j A_jᵀ, A_j = P JᵀW E_j."""
+        """Covariance of a fit to all samples, with the effect of the fields: P + Σ_j A_j A_jᵀ, A_j = P JᵀW E_j.
+
+        The errors of a force sensor act on all joints at once: their A is the sum over the joints.
+        """
         derivative, covariance = self._derivative(fit), fit.covariance.copy()
         for joint, (clear, fields) in enumerate(zip(self._clear.T, self._fields, strict=True)):
             additive, proportional = np.sqrt(0.5) * np.array([size.additive_Nm[joint], size.proportional[joint]])
             errors = np.hstack([additive * fields.additive, proportional * fields.proportional])
             effect = fit.covariance @ (_weight(fit)[joint] * derivative[joint][:, clear] @ errors)
             covariance += effect @ effect.T
+        if self._sweeps.wrench is not None:
+            of_sensor = np.zeros((len(covariance), 4))
+            for joint, (clear, errors) in enumerate(zip(self._clear.T, self._sensor_errors(fit), strict=True)):
+                of_sensor += fit.covariance @ (_weight(fit)[joint] * derivative[joint][:, clear] @ errors[clear])
+            covariance += of_sensor @ of_sensor.T
         return covariance
+
+    def _sensor_errors(self, fit: Fit) -> Float[np.ndarray, "joint sample 4"]:
+        """Nominal torque by errors of the force sensor of one standard deviation: scale, and force by axis [N·m]."""
+        wrench, t_end = self._sweeps.wrench, float(self._sweeps.t[-1])
+        assert wrench is not None
+        shifts = [FORCE_SCALE_SD * wrench, *(FORCE_BIAS_N * np.eye(3, wrench.shape[1])[:, None, :] + 0.0 * wrench)]
+        right = self._model.residual(self._sweeps, fit.theta, t_end)
+        wrong = [
+            self._model.residual(replace(self._sweeps, wrench=wrench + shift), fit.theta, t_end) for shift in shifts
+        ]
+        return np.stack([one - right for one in wrong]).transpose(2, 1, 0)
 
     def _derivative(self, fit: Fit) -> Float[np.ndarray, "joint unknown sample"]:
         return self._model.derivative(self._sweeps, fit.theta)

@@ -18,6 +18,7 @@ from exograv.model.urdf_inference import ONLY_JOINT, arms, side_of
 from .foreign_file import prepare
 from .foreign_file.frames import add_frames, base_at_shoulder, carry_by_body
 from .foreign_file.geometry import arm_geometry
+from .foreign_file.inertias import clean_fixed_inertias
 from .foreign_file.limits import missing_limits, placeholders, rotor_inertias
 from .foreign_file.postures import donning_posture
 from .foreign_file.reading import Converter, read_foreign
@@ -47,6 +48,7 @@ def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
     """
     robot = read_foreign(options.urdf, convert)
     notes = prepare(robot, options.side, options.wearer_links, tuple(options.joints))
+    notes += clean_fixed_inertias(robot, options.urdf.name)
     missing = missing_limits(robot)
     rotors = rotor_inertias(robot)
     file = Path(f"{options.urdf.name.split('.')[0] or 'machine'}.urdf")

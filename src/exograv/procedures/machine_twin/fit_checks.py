@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from exograv.errors import IdentificationError
+from exograv.errors import ConfigError, IdentificationError
 from exograv.identification.machine_twin.drive_response import SURE_PERIOD_S
 from exograv.identification.machine_twin.machine_fit import MachineFit
 from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
 
 from .read_motions import ReadRecording
 
@@ -20,6 +21,33 @@ OVER_NOISE_MAX = 1.2
 
 SPREAD_MAX = 3.0
 """Largest disagreement of the joints' delays without a warning, in standard deviations [-]."""
+
+
+def refuse_unknown_frame(tree: Tree, force_frame: str) -> None:
+    """Refuse a force sensor at a frame that the machine does not have.
+
+    Raises:
+        ConfigError: No frame has this name.
+    """
+    if force_frame not in tree.frames:
+        raise ConfigError(
+            f"--force-frame is '{force_frame}', which is no frame of {tree.name}. Frames: "
+            f"{', '.join(sorted(tree.frames))}."
+        )
+
+
+def refuse_other_frame(recordings: tuple[ReadRecording, ...], mount: str) -> None:
+    """Refuse forces whose recording states another frame than the mount of the calibration.
+
+    Raises:
+        ConfigError: A recording states another frame.
+    """
+    for one in recordings:
+        if one.force_frame not in (None, mount):
+            raise ConfigError(
+                f"{one.path} states forces at the frame '{one.force_frame}', not at '{mount}'. Name the frame of the "
+                "URDF with the origin and the axes of the sensor by --force-frame."
+            )
 
 
 def refuse_reversed_currents(description: RigDescription, found: MachineFit) -> None:

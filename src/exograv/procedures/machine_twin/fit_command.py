@@ -48,7 +48,7 @@ from exograv.storage.twin_file import (
     write_twin,
 )
 
-from .fit_checks import fit_warnings, refuse_reversed_currents
+from .fit_checks import fit_warnings, refuse_other_frame, refuse_reversed_currents, refuse_unknown_frame
 from .further_motion import MOTION, further_motion, write_further_motion
 from .machine_folder import copy_machine
 from .options import TwinFitOptions
@@ -101,12 +101,16 @@ def fit_and_write(
     refuse_other_kind(folder / NAME, StoredTwin, HEAD, "--out")
     progress("Reading the recordings", 0.0)
     weights = options.weight_of_file()
+    tree = adjusted(read_exoskeleton(description), description, lengths)
+    force_frame = options.force_frame or description.calibration.mount
+    refuse_unknown_frame(tree, force_frame)
     recordings = read_motions(
         description, options.recordings, weights, is_torque=options.torque, is_degrees=options.degrees
     )
+    if options.force_frame is None:
+        refuse_other_frame(recordings, force_frame)
     motions = tuple(motion for recording in recordings for motion in recording.motions)
-    tree = adjusted(read_exoskeleton(description), description, lengths)
-    found = fit_machine(description, tree, motions, progress)
+    found = fit_machine(description, tree, motions, progress, force_frame)
     refuse_reversed_currents(description, found)
     progress("Fitting the cuffs", 0.85)
     cuffs = worn_cuffs(description, calibration_of(description, found.fit).machine, recordings)

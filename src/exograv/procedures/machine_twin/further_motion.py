@@ -51,7 +51,7 @@ def further_motion(
 
     (gain, gain_sd), (rotor, rotor_sd), (coulomb, _) = of("inverse_gain"), of("rotor"), of("coulomb")
     breakaway_sd, viscous_sd = of("breakaway")[1], of("viscous")[1]
-    has_weight = bool((found.sweeps.hung > 0.0).any())
+    has_weight = bool((found.sweeps.hung > 0.0).any() or found.sweeps.wrench is not None)
     mounts = {sweep.joint: sweep.mount for sweep in description.calibration.sweeps}
     apart = (
         "The encoders of the motors tell the two apart under load: record longer sweeps of it with a known weight"
@@ -65,10 +65,11 @@ def further_motion(
             start = f"The gain of '{joint}' is known to ±{1.96 * share:.1%}"
             mount = mounts.get(joint) or description.calibration.mount
             told.append(
-                f"{start}: record a further sweep of it with a known weight at {mount}, through more of its range."
+                f"{start}: record a further sweep of it with a known weight at {mount}, through more of its range, or "
+                "pull at a force sensor so that this joint feels it."
                 if has_weight
                 else f"{start}, by the drawings of the links alone: record a sweep of it with a known weight at "
-                f"{mount} (--weight FILE:MOUNT=KG)."
+                f"{mount} (--weight FILE:MOUNT=KG), or pull at a force sensor (columns force_x, force_y, force_z)."
             )
         if rotor_sd[j] > ROTOR_SURE * abs(rotor[j]):
             of_axis = axes[1][j] / axes[0][j]

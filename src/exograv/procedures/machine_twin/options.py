@@ -38,6 +38,9 @@ class TwinFitOptions(Options):
     """Known weight that hangs at a mount during a whole recording. May be repeated. Recordings of exograv's calibration
     state their weights themselves."""
 
+    force_frame: str | None = None
+    """Frame of the machine's URDF at which a force sensor measures; the mount of the calibration if not named."""
+
     lengths: SegmentLengths = ()
     """Length that the machine was set to, as forearm=0.26; nominal if not named. May be repeated."""
 

@@ -19,7 +19,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.description import RigDescription
 from exograv.procedures.calibration.empty_run import WARMTH_EVENT
-from exograv.recording.joint_states import is_ros_recording, read_joint_states
+from exograv.recording.joint_states import is_ros_recording, read_joint_states, read_wrenches
 from exograv.recording.lerobot import is_lerobot, read_lerobot
 from exograv.recording.log_columns import NAMES, named_columns
 from exograv.recording.reader import Recording, read_recording
@@ -51,6 +51,12 @@ ASKED_TORQUES = ("tau_commanded", "torque_commanded", "commanded_torque", "tau_c
 ASKED_CURRENTS = ("current_commanded", "i_commanded", "current_asked", "commanded_current", "i_cmd", "target_current")
 TEMPERATURES = ("temperature", "motor_temperature", "winding_temperature", "temperature_c", "temp")
 MOTOR_POSITIONS = ("q_motor", "motor_position", "actual_motor_q", "motor_q")
+FORCES = ("force", "f", "ft_force", "wrench_force")
+MOMENTS = ("moment", "m", "ft_torque", "wrench_torque")
+"""Names of the columns of a force sensor, which end in `_x`, `_y` and `_z`."""
+
+AXES = "x", "y", "z"
+
 HUNG = ("weight_kg", "hung_kg", "known_weight_kg", "payload_kg")
 """Names of columns of a CSV recording, without the number or name of the joint."""
 
@@ -108,6 +114,9 @@ class ReadRecording:
     worn: WornMotion | None = None
     """Identification of an arm in this recording; None without one."""
 
+    force_frame: str | None = None
+    """Frame at which the recording says that its force sensor measures; None if it says nothing."""
+
     @property
     def seconds(self) -> float:
         """Length of all pieces [s]."""
@@ -130,6 +139,8 @@ class _Columns:
     worn: WornMotion | None = None
     is_own: bool = True
     """True for a recording of exograv, which has one row for each command."""
+    wrench: Float[np.ndarray, "tick 6"] | None = None
+    force_frame: str | None = None
 
 
 def read_motions(
@@ -201,7 +212,9 @@ def _read(
         columns.hung[:] = hung_row(description, *weight)
     _refuse_degrees(path, columns.q)
     pieces = _pieces(path, columns) if len(columns.t) else ()
-    return ReadRecording(path, pieces, _digest(path), columns.is_simulated, columns.worn_s, columns.worn)
+    return ReadRecording(
+        path, pieces, _digest(path), columns.is_simulated, columns.worn_s, columns.worn, columns.force_frame
+    )
 
 
 def _refuse_degrees(path: Path, q: Float[np.ndarray, "tick joint"]) -> None:
@@ -310,8 +323,12 @@ def _warmth(recording: Recording, t: np.ndarray) -> np.ndarray | None:
 def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> _Columns:
     states = read_joint_states(path, description.joints)
     current = states.effort / description.nominal_gain if is_torque else states.effort
-    hung = _no_weight(description, len(states.t))
-    return _Columns(states.t, states.q, current, np.full_like(current, np.nan), hung, is_own=False)
+    hung, none = _no_weight(description, len(states.t)), np.full_like(current, np.nan)
+    forces = read_wrenches(path)
+    if forces is None:
+        return _Columns(states.t, states.q, current, none, hung, is_own=False)
+    wrench = np.column_stack([np.interp(states.start_s + states.t, forces.t, column) for column in forces.wrench.T])
+    return _Columns(states.t, states.q, current, none, hung, is_own=False, wrench=wrench, force_frame=forces.frame)
 
 
 def _of_lerobot(description: RigDescription, path: Path, is_degrees: bool) -> _Columns:
@@ -379,8 +396,21 @@ def _of_csv(description: RigDescription, path: Path, is_degrees: bool) -> _Colum
     if is_degrees:
         q, q_motor = np.deg2rad(q), None if q_motor is None else np.deg2rad(q_motor)
     return _Columns(
-        values[:, time[0]], q, used, asked, hung, q_motor=q_motor, temperature=group(TEMPERATURES), is_own=False
-    )
+        values[:, time[0]], q, used, asked, hung, q_motor=q_motor, temperature=group(TEMPERATURES), is_own=False,
+        wrench=_csv_wrench(path, names, values),
+    )  # fmt: skip
+
+
+def _csv_wrench(path: Path, names: Sequence[str], values: Float[np.ndarray, "tick column"]) -> np.ndarray | None:
+    """Return the wrench of a force sensor (tick, 6) by its columns; None without them."""
+    force, moment = (named_columns(names, stems, AXES) for stems in (FORCES, MOMENTS))
+    if force is None:
+        if moment is not None:
+            raise RecordingError(
+                f"{path} has moments of a force sensor, but no forces. Name them force_x, force_y and force_z [N]."
+            )
+        return None
+    return np.hstack([values[:, force], np.zeros((len(values), 3)) if moment is None else values[:, moment]])
 
 
 def refuse_wrong_mass(path: Path, masses_kg: Float[np.ndarray, " tick"]) -> None:
@@ -410,6 +440,8 @@ def _pieces(path: Path, columns: _Columns) -> tuple[MeasuredMotion, ...]:
     """Divide a recording at its gaps, and put each piece on an even grid of time."""
     t = columns.t
     finite = np.isfinite(columns.q).all(axis=1) & np.isfinite(columns.current).all(axis=1) & np.isfinite(t)
+    if columns.wrench is not None:
+        finite &= np.isfinite(columns.wrench).all(axis=1)
     rising = np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
     kept = np.flatnonzero(finite & rising)
     if len(kept) < 2:
@@ -438,5 +470,8 @@ def _even(name: str, columns: _Columns, part: np.ndarray, period_s: float) -> Me
 
     motor = None if columns.q_motor is None else cut(columns.q_motor)
     warmth = None if columns.temperature is None else cut(columns.temperature)
+    wrench = None if columns.wrench is None else cut(columns.wrench)
     moved = cut(columns.q), cut(columns.current), cut(columns.current_asked), cut(columns.hung)
-    return MeasuredMotion(name, grid, *moved, q_motor=motor, temperature=warmth, has_all_commands=columns.is_own)
+    return MeasuredMotion(
+        name, grid, *moved, q_motor=motor, temperature=warmth, wrench=wrench, has_all_commands=columns.is_own
+    )

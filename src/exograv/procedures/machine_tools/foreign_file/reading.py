@@ -10,6 +10,7 @@ from exograv.errors import ModelError
 from exograv.model.completed_urdf import completed_urdf
 from exograv.model.urdf import element_faults, refuse_faults, root_of, text_of
 
+from .inertias import impossible_inertias, take_as_ball
 from .limits import drop_empty_limits, missing_limits, placeholders
 from .links import mass_of
 
@@ -20,6 +21,8 @@ Converter = Callable[[Path], str]
 
 def read_foreign(path: Path, convert: Converter | None) -> ElementTree.Element:
     """Return the root element of a URDF without faults in its links and joints; missing limits are none.
+
+    Inertias that no body has may be left: links that are fixed later do not need one.
 
     Raises:
         ModelError: The file cannot be used; the message lists all faults.
@@ -64,12 +67,19 @@ def _is_massless(link: ElementTree.Element) -> bool:
 
 
 def _faults(robot: ElementTree.Element, where: str) -> list[str]:
-    """Return all faults of links and joints that fixing a joint or asking for its limit does not solve."""
-    trial = copy.deepcopy(robot)
+    """Return all faults of links and joints that fixing a joint or asking for its limit does not solve.
+
+    Inertias that no body has are among them only if there are other faults.
+    """
+    trial, impossible = copy.deepcopy(robot), impossible_inertias(robot, where)
+    for link in trial.findall("link"):
+        if link.get("name", "") in impossible:
+            take_as_ball(link)
     for joint in trial.findall("joint"):
         for mimic in joint.findall("mimic"):
             joint.remove(mimic)
         if joint.get("type") in ("floating", "planar"):
             joint.set("type", "fixed")
     text = completed_urdf(ElementTree.tostring(trial, encoding="unicode"), placeholders(missing_limits(trial)))
-    return element_faults(ElementTree.fromstring(text), where)
+    faults = element_faults(ElementTree.fromstring(text), where)
+    return [*faults, *impossible.values()] if faults else []
