@@ -148,9 +148,9 @@ def test_scales_and_biases_of_force_sensors_have_their_stated_spread(geometry: G
 
 def test_operator_pulls_slowly_with_10_to_40_newtons_in_all_directions():
     seconds = 75.0
-    t = np.arange(0.0, seconds, 0.01)
+    t = np.arange(0.0, seconds, 0.04)
     forces = np.empty((0, 3))
-    for seed in range(8):
+    for seed in range(4):
         operator = Operator(np.random.default_rng(seed), 5.0, seconds)
         force = np.array([operator.wrench(5.0 + one, np.eye(3))[:3] for one in t])
         size = np.linalg.norm(force, axis=1)
@@ -158,7 +158,7 @@ def test_operator_pulls_slowly_with_10_to_40_newtons_in_all_directions():
         assert size.max() <= FORCE_N[1] + 1e-9
         assert size[(t > 3.0) & (t < seconds - 3.0)].min() >= FORCE_N[0] - 1e-9
         spectrum = np.abs(np.fft.rfft(force, axis=0)) ** 2
-        slow = np.fft.rfftfreq(len(t), 0.01) < 1.0
+        slow = np.fft.rfftfreq(len(t), 0.04) < 1.0
         assert spectrum[~slow].sum() < 0.02 * spectrum.sum()
         forces = np.concatenate([forces, force])
     assert forces.max(axis=0).min() > 20.0
