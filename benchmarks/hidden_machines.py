@@ -10,12 +10,17 @@
     python benchmarks/hidden_machines.py reactions out/hidden/a_600s out/truth/a.json out/hidden/a.mcap   # to faults
     python benchmarks/hidden_machines.py calibrate out/hidden/a_600s out/truth/a.json out/hidden/a.mcap   # by prior
     python benchmarks/hidden_machines.py further out/hidden --names a --truth out/truth --minutes 1   # designed motion
+    python benchmarks/hidden_machines.py record out/hidden --names a --disclose out/truth --pulled   # also by hand
+    python benchmarks/hidden_machines.py pulled out/hidden --names a --truth out/truth   # gains by force sensor
     python benchmarks/hidden_machines.py form                                          # the form of FIT.json
 
 A machine is a set of ordinary differential equations of its own (`hidden/engine.c`): nothing of `exograv.dynamics` or
 of the twin is in it. It has the geometry of `robots/recupera_like/right.urdf`; all else is drawn. exograv's own loop,
 guard and controller of the empty machine drive it. The seed comes from the operating system unless `--seed` names one.
-The true values are written only with `--disclose`.
+The true values are written only with `--disclose`. With `--pulled` the machine also flies its plan without weights, and
+then slowly through the workspace: in NAME_unpulled.csv by itself, in NAME_pulled.csv while an operator pulls by hand at
+the calibration mount. There the columns force_x to moment_z are force [N] and moment [N·m] of the hand on the machine,
+as a six-axis sensor with noise, bias and scale error measures them at the origin of the mount's frame, in its axes.
 """
 
 import argparse
@@ -25,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from hidden.calibration import compare_priors
-from hidden.draw import Hidden, draw
+from hidden.draw import Hidden, Stream, draw
 from hidden.effort import compare_effort
 from hidden.fitted import write_fitted
 from hidden.further import further, further_table
@@ -33,6 +38,7 @@ from hidden.geometry import Geometry, read_geometry
 from hidden.judge import FORM, judge, judgement_text
 from hidden.parts import fit_part
 from hidden.plain_fit import public_notes, write_nominal, write_plain
+from hidden.pulled import PULLED, UNPULLED, print_gains
 from hidden.reactions import FAULTS, compare_reactions
 from hidden.session import RIG, Session
 
@@ -49,13 +55,25 @@ def record(options: argparse.Namespace) -> None:
     for name in options.names:
         seed = int.from_bytes(os.urandom(SEED_BYTES), "little") if options.seed is None else options.seed
         session = Session(geometry, lambda gain, seed=seed: draw(geometry, gain, seed))
-        motion = np.random.default_rng((seed, 2))
+        motion = np.random.default_rng((seed, Stream.MOTION))
         for suffix, held_out_s in (("", None), ("_held_out", HELD_OUT_S)):
             path = options.folder / f"{name}{suffix}.mcap"
             notes = session.record(path, motion, held_out_s, options.plans)
             print(f"{path}: {session.rig.t:.1f} s on the machine's clock at the end, {len(notes.entries)} notes")
+        if options.pulled:
+            record_pulled(session, options.folder, name, seed)
         if options.disclose is not None:
-            session.hidden.disclose(options.disclose / f"{name}.json")
+            session.hidden.disclose(options.disclose / f"{name}.json", session.mean_gain)
+
+
+def record_pulled(session: Session, folder: Path, name: str, seed: int) -> None:
+    """Write the recordings without weights: one that no one pulls, and one that an operator pulls."""
+    streams = {UNPULLED: (Stream.UNPULLED_MOTION, None), PULLED: (Stream.PULLED_MOTION, Stream.OPERATOR)}
+    for suffix, (motion, operator) in streams.items():
+        path = folder / f"{name}{suffix}.mcap"
+        pulls = None if operator is None else np.random.default_rng((seed, operator))
+        session.record_pulled(path, np.random.default_rng((seed, motion)), pulls)
+        print(f"{path.with_suffix('.csv')}: {session.rig.t:.1f} s on the machine's clock at the end")
 
 
 def plain(options: argparse.Namespace) -> None:
@@ -111,6 +129,12 @@ def further_motion(options: argparse.Namespace) -> None:
         print(f"machine {name}\n{further_table(rows)}", flush=True)
 
 
+def pulled(options: argparse.Namespace) -> None:
+    """Fit the recordings of `record --pulled` and the one with a weight, and print the errors of their gains."""
+    for name in options.names:
+        print_gains(options.folder, name, options.truth / f"{name}.json")
+
+
 def _truth(options: argparse.Namespace) -> tuple[Hidden, Geometry, float]:
     """Disclosed machine, its geometry, and the time at which its recording ended [s]: it runs on from there."""
     geometry = read_geometry(ROOT / "robots" / RIG / "right.urdf")
@@ -146,6 +170,9 @@ def main() -> None:
     one.add_argument("--seed", type=int, help="seed of the draw; of the operating system if absent")
     one.add_argument("--plans", type=int, default=1, help="number of times that the plan of about 4 min is flown")
     one.add_argument("--disclose", type=Path, help="folder for the true values; not written if absent")
+    one.add_argument(
+        "--pulled", action="store_true", help="add recordings without weights: unpulled, and pulled by hand"
+    )
     one.set_defaults(run=record)
     one = parts.add_parser("plain", help=plain.__doc__)
     one.add_argument("recording", type=Path, help="recording, with its held-out one beside it")
@@ -173,6 +200,11 @@ def main() -> None:
     one.add_argument("--truth", type=Path, required=True, help="folder of --disclose")
     one.add_argument("--minutes", type=float, default=1.0, help="part of the recording before the further motion")
     one.set_defaults(run=further_motion)
+    one = parts.add_parser("pulled", help=pulled.__doc__)
+    one.add_argument("folder", type=Path, help="folder of the recordings of `record --pulled`")
+    one.add_argument("--names", nargs="+", default=["machine"])
+    one.add_argument("--truth", type=Path, required=True, help="folder of --disclose")
+    one.set_defaults(run=pulled)
     _add_flights(parts)
     one = parts.add_parser("form", help="Print the form of a fit.")
     one.set_defaults(run=lambda _options: print(FORM))

@@ -1,8 +1,9 @@
 """True values of a hidden machine, drawn from a seed. The figures are those of the twin's levels 1 to 3 at most."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,29 @@ from jaxtyping import Float
 from .engine import JOINTS, SHAPES, SLIPS, Engine, Joints, Values
 from .geometry import Geometry
 
+Wrench = Float[np.ndarray, " 6"]
+"""Force [N] and moment [N·m]."""
+
+
+class Stream(IntEnum):
+    """Number beside the seed of each random stream of a machine. The machine itself is drawn without a number."""
+
+    SENSORS = 1
+    MOTION = 2
+    FORCE_SENSOR = 3
+    FORCE_NOISE = 4
+    OPERATOR = 5
+    UNPULLED_MOTION = 6
+    PULLED_MOTION = 7
+
+
 PERIOD_S, SUBSTEPS = 1e-3, 8
+FORCE_SCALE_SD = 0.0075
+"""Standard deviation of the scale of a force sensor [-]: between 0.5 and 1 %, as of usual six-axis sensors."""
+FORCE_NOISE = np.repeat([0.1, 0.005], 3)
+"""Noise of a force sensor per tick, forces [N] and moments [N·m]."""
+FORCE_BIAS_SD = np.repeat([0.1, 0.005], 3)
+"""Residual bias after taring, forces [N] and moments [N·m]."""
 G = 9.81
 STANDSTILL_RAD = 1e-3
 """Order of the deflection at which a joint that rests begins to slide [rad]."""
@@ -34,6 +57,18 @@ class Sensing:
 
 
 @dataclass(frozen=True)
+class ForceSensing:
+    """Errors of the six-axis force sensor at the calibration mount."""
+
+    scale: float
+    """Measured over true force and moment [-]."""
+    bias: Wrench
+    """Measured force [N] and moment [N·m] without load, after taring."""
+    noise: Wrench
+    """Standard deviation per tick."""
+
+
+@dataclass(frozen=True)
 class Hidden:
     """Hidden machine: the values of its equations, and the errors of its sensors."""
 
@@ -46,14 +81,23 @@ class Hidden:
         """Time from a command's instant to the first measurement that shows the command, without bandwidth [s]."""
         return float(self.values["command_delay"] + self.values["sensor_delay"])
 
-    def disclose(self, path: Path) -> None:
-        """Write all true values into a JSON file."""
-        sensing = {name: _plain(value) for name, value in vars(self.sensing).items()}
-        values = {name: np.asarray(value).tolist() for name, value in self.values.items()}
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(
-            json.dumps({"seed": self.seed, "sensing": sensing, "values": values}, indent=1), encoding="utf-8"
+    @property
+    def force_sensing(self) -> ForceSensing:
+        """Errors of the force sensor, by a random stream of its own: older seeds draw the same machines as before."""
+        rng = np.random.default_rng((self.seed, Stream.FORCE_SENSOR))
+        scale = 1.0 + FORCE_SCALE_SD * float(rng.normal())
+        return ForceSensing(scale, FORCE_BIAS_SD * rng.normal(size=6), FORCE_NOISE)
+
+    def disclose(self, path: Path, mean_gain: Mapping[str, Joints]) -> None:
+        """Write all true values into a JSON file, with the mean gain in each recording [N·m/A] by its name."""
+        sensing, force = (
+            {name: _plain(value) for name, value in vars(each).items()} for each in (self.sensing, self.force_sensing)
         )
+        values = {name: np.asarray(value).tolist() for name, value in self.values.items()}
+        gains = {name: gain.tolist() for name, gain in mean_gain.items()}
+        told = {"seed": self.seed, "sensing": sensing, "force_sensing": force, "mean_gain": gains, "values": values}
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(told, indent=1), encoding="utf-8")
 
     @classmethod
     def disclosed(cls, path: Path) -> "Hidden":
@@ -64,6 +108,12 @@ class Hidden:
         }
         values = {name: np.array(held["values"][name], dtype=float) for name in SHAPES}
         return cls(held["seed"], values, Sensing(**sensing))
+
+
+def disclosed_mean_gain(path: Path) -> dict[str, Joints]:
+    """Read the mean gain in each recording [N·m/A] from a file of `Hidden.disclose`, by the recording's name."""
+    held = json.loads(path.read_text(encoding="utf-8"))
+    return {name: np.array(gain, dtype=float) for name, gain in held["mean_gain"].items()}
 
 
 def _plain(value: float | np.ndarray | None) -> float | list[float] | None:

@@ -36,6 +36,7 @@ struct machine {
 
 struct run {
     double t, x[STATES], outside[N], winding[N]; /* outside: torque on the links from outside the machine */
+    double gripped, grip[3], wrench[6]; /* link, place in it, and force and moment there, in the link's axes */
     double given[COMMANDS][N], damping[COMMANDS][N], valid_until[COMMANDS], count; /* command k came at k periods */
     double past[PAST][3 * N], pasts; /* q, theta and current after each step */
 };
@@ -136,6 +137,29 @@ void links(const struct machine *m, const double *q, const double *v, double M[N
     }
 }
 
+/* Torque on the joints of a force and a moment at a place in a link, in the link's axes: carried to the base. */
+void pull(const struct machine *m, int link, const double *place, const double *wrench, const double *q, double *tau)
+{
+    double force[3], moment[3], part[3], turned[9], R[9];
+    memset(tau, 0, sizeof(double[N]));
+    memcpy(force, wrench, sizeof force);
+    cross(place, force, part);
+    for (int k = 0; k < 3; k++)
+        moment[k] = wrench[3 + k] + part[k];
+    for (int l = link; l >= 0; l--) {
+        tau[l] = dot(m->axis[l], moment);
+        turn(m->axis[l], q[l], turned);
+        product(m->rotation[l], turned, R);
+        times(R, force, part);
+        memcpy(force, part, sizeof force);
+        times(R, moment, part);
+        memcpy(moment, part, sizeof moment);
+        cross(m->origin[l], force, part);
+        for (int k = 0; k < 3; k++)
+            moment[k] += part[k];
+    }
+}
+
 /* Torque of the links in n states (n, joint), without rotors and friction. */
 void torques(const struct machine *m, int n, const double *q, const double *v, const double *a, double *tau)
 {
@@ -229,18 +253,19 @@ static double stop_torque(const struct machine *m, int j, double q, double v)
 
 /* Derivative of the state for a current command [A] and a damping of the drives. */
 void derivative(
-    const struct machine *m, const double *winding, const double *outside, double t, const double *x,
-    const double *command, const double *damping, double *dx)
+    const struct machine *m, const struct run *r, double t, const double *x, const double *command,
+    const double *damping, double *dx)
 {
-    double M[N][N], tau[N];
+    double M[N][N], tau[N], pulled[N];
     links(m, x + Q * N, x + V * N, M, tau);
+    pull(m, (int)r->gripped, r->grip, r->wrench, x + Q * N, pulled);
     for (int j = 0; j < N; j++) {
         const double load = torsion(m, j, x), omega = x[OMEGA * N + j];
         const double asked = command[j] - damping[j] * omega / m->drive_gain[j];
         const double rubs = friction(m, j, x, load, t, dx + BRISTLES * N + j);
-        const double gain = m->gain[j] * (1.0 - m->gain_fall[j] * (winding[j] < 1.0 ? winding[j] : 1.0));
+        const double gain = m->gain[j] * (1.0 - m->gain_fall[j] * (r->winding[j] < 1.0 ? r->winding[j] : 1.0));
         const double i = x[CURRENT * N + j], rate = x[CURRENT_RATE * N + j], w = m->current_rad_s[j];
-        tau[j] = load + stop_torque(m, j, x[Q * N + j], x[V * N + j]) + outside[j] - tau[j];
+        tau[j] = load + stop_torque(m, j, x[Q * N + j], x[V * N + j]) + r->outside[j] + pulled[j] - tau[j];
         dx[Q * N + j] = x[V * N + j];
         dx[THETA * N + j] = omega;
         dx[OMEGA * N + j] = (gain * i - rubs - load) / m->rotor[j];
@@ -258,7 +283,7 @@ static void step(const struct machine *m, struct run *r, double h, const double 
     for (int stage = 0; stage < 4; stage++) {
         for (int i = 0; i < STATES; i++)
             x[i] = r->x[i] + share[stage] * h * k[i];
-        derivative(m, r->winding, r->outside, r->t + share[stage] * h, x, command, damping, k);
+        derivative(m, r, r->t + share[stage] * h, x, command, damping, k);
         for (int i = 0; i < STATES; i++)
             sum[i] += weight[stage] * k[i];
     }

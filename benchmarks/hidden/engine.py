@@ -61,6 +61,9 @@ class _Run(ctypes.Structure):
         ("x", ctypes.c_double * STATES),
         ("outside", ctypes.c_double * JOINTS),
         ("winding", ctypes.c_double * JOINTS),
+        ("gripped", ctypes.c_double),
+        ("grip", ctypes.c_double * 3),
+        ("wrench", ctypes.c_double * 6),
         ("given", ctypes.c_double * (COMMANDS * JOINTS)),
         ("damping", ctypes.c_double * (COMMANDS * JOINTS)),
         ("valid_until", ctypes.c_double * COMMANDS),
@@ -103,6 +106,10 @@ class Engine:
         """State, in the order of `engine.c`."""
         self.outside = np.ctypeslib.as_array(self._run.outside)
         """Torque on the links from outside the machine (joint,) [N·m]."""
+        self.wrench = np.ctypeslib.as_array(self._run.wrench)
+        """Force [N] and moment [N·m] at the gripped place, in the axes of its link (6,)."""
+        self.winding = np.ctypeslib.as_array(self._run.winding)
+        """Mean square of each motor's current over that of `current_warm` (joint,) [-]."""
         self.x[Q] = self.x[THETA] = q
         self._machine_at, self._run_at = ctypes.byref(self._machine), ctypes.byref(self._run)
         self._fill_past()
@@ -117,6 +124,17 @@ class Engine:
         np.ctypeslib.as_array(run.valid_until)[:] = np.inf
         run.count = float(COMMANDS)
         self._fill_past()
+
+    @property
+    def gain_now(self) -> Joints:
+        """Torque per current of each motor with its winding as warm as it is [N·m/A]."""
+        gain, fall = (np.ctypeslib.as_array(getattr(self._machine, name)) for name in ("gain", "gain_fall"))
+        return gain * (1.0 - fall * np.minimum(self.winding, 1.0))
+
+    def grip(self, link: int, place: Float[np.ndarray, " 3"]) -> None:
+        """Let `wrench` act at a place [m] of this link from now on."""
+        self._run.gripped = float(link)
+        np.ctypeslib.as_array(self._run.grip)[:] = place
 
     def scale_current(self, joint: int, factor: float) -> None:
         """Multiply the current of a motor by `factor`, also in the commands and measurements under way."""
@@ -172,6 +190,15 @@ class Engine:
         """Return the torque of the links in many states, without rotors and friction [N·m]."""
         tau, states = np.empty(q.shape), [np.ascontiguousarray(each, dtype=float) for each in (q, v, a)]
         self._library.torques(self._machine_at, len(q), *(_address(each) for each in (*states, tau)))
+        return tau
+
+    def pull_torque(
+        self, link: int, place: Float[np.ndarray, " 3"], wrench: Float[np.ndarray, " 6"], q: Joints
+    ) -> Joints:
+        """Return the torque of a force [N] and a moment [N·m] at a place of a link, in the axes of the link [N·m]."""
+        tau, given = np.empty(JOINTS), [np.ascontiguousarray(each, dtype=float) for each in (place, wrench, q)]
+        addresses = [_address(each) for each in (*given, tau)]
+        self._library.pull(self._machine_at, ctypes.c_int(link), *addresses)
         return tau
 
     def steady_friction(self, joint: int, v: float, load: float, t: float) -> float:

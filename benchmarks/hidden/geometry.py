@@ -26,6 +26,19 @@ class Geometry:
     """Inertia about the centre of mass, in the axes of the link [kg·m²]."""
     mounts: dict[str, tuple[int, Float[np.ndarray, " 3"]]]
     """Number of the link and place in it [m] of each frame that is fixed to a moving link."""
+    mount_axes: dict[str, Float[np.ndarray, "3 3"]]
+    """Axes of each of these frames in its link, as columns."""
+
+    def pose(
+        self, mount: str, q: Float[np.ndarray, " joint"]
+    ) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, " 3"]]:
+        """Return the axes of a mount, as columns, and its place [m] in the base."""
+        link, place = self.mounts[mount]
+        R, p = np.eye(3), np.zeros(3)
+        for joint, angle in enumerate(q[: link + 1].tolist()):
+            p = p + R @ self.origin[joint]
+            R = R @ self.rotation[joint] @ _turn(self.axis[joint], angle)
+        return R @ self.mount_axes[mount], p + R @ place
 
 
 def read_geometry(path: Path) -> Geometry:
@@ -34,10 +47,12 @@ def read_geometry(path: Path) -> Geometry:
     links = {link.attrib["name"]: link for link in root.iter("link")}
     joints = [joint for joint in root.iter("joint") if joint.attrib["type"] == "revolute"]
     order = {_link(joint, "child"): number for number, joint in enumerate(joints)}
-    mounts = {}
+    mounts, axes = {}, {}
     for joint in root.iter("joint"):
         if joint.attrib["type"] == "fixed" and _link(joint, "parent") in order:
-            mounts[_link(joint, "child")] = order[_link(joint, "parent")], _pose(joint)[0]
+            place, turned = _pose(joint)
+            mounts[_link(joint, "child")] = order[_link(joint, "parent")], place
+            axes[_link(joint, "child")] = turned
     if any(_link(joint, "parent") != child for joint, child in zip(joints[1:], order, strict=False)):
         raise ValueError(f"{path} is no serial chain in the order of its joints.")
     mass, com, inertia = (np.array(each) for each in zip(*(_inertial(links[child]) for child in order), strict=True))
@@ -54,6 +69,7 @@ def read_geometry(path: Path) -> Geometry:
         com,
         inertia,
         mounts,
+        axes,
     )
 
 
@@ -88,6 +104,13 @@ def _apart(com: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 6"]:
     """Moments about the origin of a unit mass at `com` [m²]."""
     square = com @ com * np.eye(3) - np.outer(com, com)
     return square[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+
+
+def _turn(axis: Float[np.ndarray, " 3"], angle: float) -> Float[np.ndarray, "3 3"]:
+    """Rotation about a unit axis [rad] (Rodrigues)."""
+    x, y, z = axis.tolist()
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * across + (1.0 - np.cos(angle)) * across @ across
 
 
 def _child(element: ElementTree.Element, name: str) -> ElementTree.Element:

@@ -7,9 +7,10 @@ import numpy as np
 from exograv.errors import RigError
 from exograv.signals import Command, JointState, TorqueSource
 
-from .draw import PERIOD_S, Hidden
-from .engine import JOINTS, Engine, Joints
+from .draw import PERIOD_S, Hidden, Stream, Wrench
+from .engine import CURRENT, JOINTS, Engine, Joints, Q
 from .geometry import Geometry
+from .pulls import ForceSensor, Operator
 
 SETTLE_S = 3.0
 """Time in which the machine comes to rest without motors before it is switched on [s]."""
@@ -21,7 +22,7 @@ class HiddenSensors:
     def __init__(self, hidden: Hidden, engine: Engine):
         """Measure this machine."""
         self._sensing, self._engine = hidden.sensing, engine
-        self._rng = np.random.default_rng((hidden.seed, 1))
+        self._rng = np.random.default_rng((hidden.seed, Stream.SENSORS))
         self._no_torque = np.full(JOINTS, np.nan)
 
     def measure(self, t: float, number: int) -> JointState:
@@ -61,6 +62,11 @@ class HiddenRig:
         self.engine.t, self._ticks = ran_s, 0
         self._measured: JointState | None = None
         self._hung: dict[str, float] = {}
+        self._mount = ""
+        self._force_sensor: ForceSensor | None = None
+        self.operator: Operator | None = None
+        """Operator who pulls at the force sensor; None while no one does."""
+        self._square, self._heated = np.zeros(JOINTS), np.zeros(JOINTS)
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -76,6 +82,9 @@ class HiddenRig:
         """Return the measurement of this period; two calls in one period return the same one."""
         if self._measured is None:
             self._measured = self._sensors.measure(self.t, self._ticks)
+            if self._force_sensor is not None:
+                in_mount = self.engine.wrench.reshape(2, 3) @ self._geometry.mount_axes[self._mount]
+                self._force_sensor.measure(self._ticks, in_mount.ravel())
         return self._measured
 
     def write(self, command: Command) -> None:
@@ -87,11 +96,35 @@ class HiddenRig:
         if not np.isfinite(command.current).all():
             raise RigError(f"Command {command.sequence} is not finite.")
         damping = np.zeros(JOINTS) if command.damping is None else command.damping
+        self.engine.wrench[:] = self._pull()
         self.engine.advance(command.current, damping, command.valid_until + self._ran_s)
+        square = self.engine.x[CURRENT] ** 2
+        self._square += square
+        self._heated += square * self.engine.gain_now
         self._ticks += 1
         self._measured = None
         if not np.isfinite(self.engine.x).all():
             raise RigError(f"The hidden machine diverged before {self.t:.3f} s.")
+
+    def mount_force_sensor(self, mount: str) -> ForceSensor:
+        """Fix a force sensor to a mount, and return it. It measures from now on."""
+        self._mount, self._force_sensor = mount, ForceSensor(self._hidden)
+        self.engine.grip(*self._geometry.mounts[mount])
+        return self._force_sensor
+
+    def take_mean_gain(self) -> Joints:
+        """Return the mean gain since the last call, weighted by the square of the current (joint,) [N·m/A]."""
+        mean = self._heated / self._square
+        self._square, self._heated = np.zeros(JOINTS), np.zeros(JOINTS)
+        return mean
+
+    def _pull(self) -> Wrench:
+        """Wrench of the operator in this period, in the axes of the link."""
+        if self.operator is None:
+            return np.zeros(6)
+        R_base_mount, _ = self._geometry.pose(self._mount, self.engine.x[Q])
+        in_mount = self.operator.wrench(self.t, R_base_mount).reshape(2, 3)
+        return (in_mount @ self._geometry.mount_axes[self._mount].T).ravel()
 
     def hang(self, mount: str, mass_kg: float) -> None:
         """Hang a known weight [kg] at a mount as a point; zero removes it."""

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,8 +26,9 @@ from exograv.recording import RecordingWriter, read_recording
 from exograv.safety.envelope import Envelope
 from exograv.signals import Joints, Reference
 
-from .draw import Hidden
+from .draw import Hidden, Wrench
 from .geometry import Geometry
+from .pulls import ForceSensor, Operator
 from .rig import HiddenRig
 
 RIG = "recupera_like"
@@ -58,6 +59,12 @@ STEP_S = 0.06, 0.4
 RELEASED_DEG = (15.0, 10.0, 5.0, 40.0)
 """Posture in which the machine is released."""
 RELEASES = 3
+FORCE_COLUMNS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+"""Columns of the force sensor [N, N·m]: on the machine, at the origin and in the axes of the calibration mount."""
+PULLED_S = 75.0
+"""Time for which the operator pulls [s]."""
+PULLED = Sines(0.03, 0.25, 0.5, 2.0)
+"""Motion through the workspace while the operator pulls."""
 HELD_OUT_WIDE = 0.75
 """Share of wide motion in the held-out recording [-]."""
 
@@ -133,6 +140,8 @@ class Session:
         self.hidden = drawn(self.description.nominal_gain)
         """Machine with its true values."""
         self.rig = HiddenRig(geometry, self.hidden, starting_posture(self.tree), ran_s)
+        self.mean_gain: dict[str, Joints] = {}
+        """Mean gain in each recording, by its name, weighted by the square of the current [N·m/A]."""
 
     def record(self, path: Path, rng: np.random.Generator, held_out_s: float | None = None, plans: int = 1) -> Notes:
         """Write the recording of the plan, or of held-out motion of this duration [s], with notes and a CSV table.
@@ -152,6 +161,21 @@ class Session:
 
         return self._recorded(path, rng, fly)
 
+    def record_pulled(self, path: Path, rng: np.random.Generator, operator: np.random.Generator | None) -> Notes:
+        """Write the recording of the plan without weights, and then of slow motion while an operator pulls.
+
+        The CSV table has the columns of the force sensor. Without the operator's random numbers no one pulls, and
+        there is no sensor.
+        """
+        rig, mount = self.rig, self.description.calibration.mount
+        sensor = None if operator is None else rig.mount_force_sensor(mount)
+
+        def fly(part: _Part) -> None:
+            part.plan(is_weighted=False)
+            part.pulled(operator)
+
+        return self._recorded(path, rng, fly, sensor)
+
     def record_motion(self, path: Path, motion: Excitation) -> Notes:
         """Write the recording of one period of a motion, with notes and a CSV table."""
         dt = self.rig.period_s
@@ -161,7 +185,13 @@ class Session:
 
         return self._recorded(path, np.random.default_rng(0), fly)
 
-    def _recorded(self, path: Path, rng: np.random.Generator, fly: Callable[["_Part"], None]) -> Notes:
+    def _recorded(
+        self,
+        path: Path,
+        rng: np.random.Generator,
+        fly: Callable[["_Part"], None],
+        force_sensor: ForceSensor | None = None,
+    ) -> Notes:
         notes = Notes()
         settings = {
             "rig": self.description.name,
@@ -175,12 +205,13 @@ class Session:
             envelope = Envelope(limits(self.description), self.rig.period_s)
             pilot = Pilot(self.rig, ActuatorGain(nominal, GAIN_SD * nominal), envelope, recording)
             bench = NotedBench(self.rig, notes, recording, self.description.calibration.weights_kg[-1])
-            part = _Part(EmptyRun(self.description, self.tree, pilot, bench), notes, rng)
+            part = _Part(EmptyRun(self.description, self.tree, pilot, bench), notes, rng, self.rig)
             fly(part)
             part.go_home()
             recording.write("/result", self.rig.t, {"rig": self.description.name, "simulated_s": round(self.rig.t, 3)})
         path.with_suffix(".json").write_text(json.dumps(self._public(notes), indent=1), encoding="utf-8")
-        write_table(path)
+        write_table(path, {} if force_sensor is None else force_sensor.samples)
+        self.mean_gain[path.stem] = self.rig.take_mean_gain()
         return notes
 
     def _public(self, notes: Notes) -> dict[str, object]:
@@ -201,8 +232,9 @@ class _Part:
     run: EmptyRun
     notes: Notes
     rng: np.random.Generator
+    rig: HiddenRig
 
-    def plan(self) -> None:
+    def plan(self, is_weighted: bool = True) -> None:
         """Push, sweep, hang a weight, move along sums of sines, step the torque, and release."""
         run, plans = self.run, self.run.description.calibration.sweeps
         self._begin("breakaway")
@@ -210,7 +242,7 @@ class _Part:
         for one in plans:
             self._begin(f"sweep_{one.joint}")
             run.follow(to_and_fro(run, one, SLOW, FAST, CREEP), one.joint)
-        for one in plans:
+        for one in plans if is_weighted else ():
             self._begin(f"weight_{one.joint}")
             mount = one.mount or run.description.calibration.mount
             run.load(mount, len(run.description.calibration.weights_kg) - 1)
@@ -223,10 +255,18 @@ class _Part:
 
     def sines(self, phase: str, seconds: float, kind: Sines) -> None:
         """Move along sums of sines with frequencies, phases and amplitudes of their own in every joint."""
-        run, dt = self.run, self.run.pilot.rig.period_s
-        path = sum_of_sines(run.description, self.rng, kind, seconds, dt)
+        path = self._to_sines(seconds, kind)
         self._begin(phase)
-        run.follow(joined([go_to(run.pilot.q, path.q[0], TRAVEL, dt), path]), phase)
+        self.run.follow(path, phase)
+
+    def pulled(self, operator: np.random.Generator | None) -> None:
+        """Move slowly through the workspace while an operator pulls; without random numbers no one pulls."""
+        path = self._to_sines(PULLED_S, PULLED)
+        self._begin("unpulled" if operator is None else "pulled")
+        if operator is not None:
+            self.rig.operator = Operator(operator, self.rig.t, len(path) * self.rig.period_s)
+        self.run.follow(path, "pulled")
+        self.rig.operator = None
 
     def steps(self, seconds: float) -> None:
         """Hold a raised posture, and add steps of torque of random sizes at random times to every joint."""
@@ -265,6 +305,12 @@ class _Part:
         self._begin("home")
         run.follow(go_to(run.pilot.q, starting_posture(run.tree), TRAVEL, dt), "home")
 
+    def _to_sines(self, seconds: float, kind: Sines) -> Trajectory:
+        """Draw sums of sines, with the way to their start before them."""
+        run, dt = self.run, self.run.pilot.rig.period_s
+        path = sum_of_sines(run.description, self.rng, kind, seconds, dt)
+        return joined([go_to(run.pilot.q, path.q[0], TRAVEL, dt), path])
+
     def _begin(self, phase: str) -> None:
         self.run.pilot.begin(phase)
         self.notes.add(self.run.pilot.rig.t, phase=phase)
@@ -290,8 +336,13 @@ def sum_of_sines(
     return Trajectory(q, v, np.gradient(v, dt, axis=0), dt)
 
 
-def write_table(path: Path) -> None:
-    """Write a recording as CSV with named columns, as `exograv arm identify-log` reads them."""
+def write_table(path: Path, wrenches: Mapping[int, Wrench]) -> None:
+    """Write a recording as CSV with named columns, as `exograv arm identify-log` reads them.
+
+    Args:
+        path: Recording.
+        wrenches: Measured force [N] and moment [N·m] by the number of the tick; empty without a force sensor.
+    """
     recording = read_recording(path)
     names, ticks = recording.joints, recording.ticks
     columns = {"t": ticks["t"][:, None]}
@@ -304,6 +355,9 @@ def write_table(path: Path) -> None:
         ("tau_commanded", ticks["tau_commanded"]),
     ):
         columns |= {f"{stem}_{name}": values[:, [joint]] for joint, name in enumerate(names)}
+    if wrenches:
+        measured = np.array([wrenches[number] for number in ticks["sequence"].tolist()])
+        columns |= {name: measured[:, [place]] for place, name in enumerate(FORCE_COLUMNS)}
     with path.with_suffix(".csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)

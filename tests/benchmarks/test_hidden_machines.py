@@ -214,7 +214,7 @@ def test_links_differ_from_the_file_by_10_to_40_percent_and_are_bodies_that_can_
 
 def test_disclosed_machine_is_the_drawn_one(machine: Machine, tmp_path: Path):
     hidden = machine(5)
-    hidden.disclose(tmp_path / "truth.json")
+    hidden.disclose(tmp_path / "truth.json", {"a": GAIN})
     read = Hidden.disclosed(tmp_path / "truth.json")
     assert all(np.array_equal(read.values[name], value) for name, value in hidden.values.items())
     assert np.array_equal(read.sensing.current_noise, hidden.sensing.current_noise)
