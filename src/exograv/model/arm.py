@@ -29,12 +29,20 @@ posture."""
 
 REACH_MARGIN = 0.5  # rad
 
-COMFORT_DEG = {
-    "flexion": (-45.0, 165.0), "abduction": (-15.0, 165.0), "rotation": (-75.0, 55.0), "elbow": (0.0, 135.0),
-    "forearm_roll": (-65.0, 65.0), "wrist_flexion": (-45.0, 55.0), "wrist_deviation": (-20.0, 10.0),
+ENDS_DEG = {
+    "flexion": (-60.0, 180.0), "abduction": (-30.0, 180.0), "rotation": (-90.0, 70.0), "elbow": (0.0, 150.0),
+    "forearm_roll": (-80.0, 80.0), "wrist_flexion": (-60.0, 70.0), "wrist_deviation": (-35.0, 25.0),
 }  # fmt: skip
-"""Range in which a relaxed joint is at least 15° from its end [°]: clinical ranges of healthy adults from textbooks,
-unverified. The elbow may be straight: its end is bone, and the machine's own limit lies before it."""
+"""Ends of the range of each freedom [°]: clinical ranges of healthy adults from textbooks, unverified."""
+
+COMFORT_FROM_END_DEG = 15.0
+
+COMFORT_DEG = {
+    name: (lower + COMFORT_FROM_END_DEG * (name != "elbow"), upper - COMFORT_FROM_END_DEG)
+    for name, (lower, upper) in ENDS_DEG.items()
+}
+"""Range in which a relaxed joint is at least `COMFORT_FROM_END_DEG` from its end [°]. The elbow may be straight: its
+end is bone, and the machine's own limit lies before it."""
 
 ELBOW_OBLIQUE_DEG: Mapping[Sex, tuple[float, float]] = {"male": (6.7, 4.9), "female": (9.2, 7.5)}
 ELBOW_OBLIQUE_SD_DEG = (7.0, 5.0)

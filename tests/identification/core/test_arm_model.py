@@ -99,3 +99,17 @@ def test_a_displaced_cuff_adds_as_much_torque_as_the_motion_changes_its_force(mo
     # Elasticity of the joints is none at rest, so that weight and cuffs alone have the energy Π.
     np.testing.assert_allclose(by_displacement, by_motion, atol=1e-3 * np.abs(by_displacement).max())
     assert np.abs(by_displacement).max() > 1.0
+
+
+def test_a_joint_near_its_end_tells_less_the_nearer_it_is(model, expected):
+    """The elbow's end stop acts on the elbow of the machine, and hardly on its shoulder."""
+    rows = []
+    for elbow in (1.3, 0.5, 0.3, 0.1):
+        model.restart()
+        model.linearise(Sample(0.0, np.append(Q[:3], elbow), STILL, STILL, STILL), expected)
+        rows.append(model.direction_uncertainty(np.full(4, 30.0)))
+    shoulder, elbow = np.array(rows)[:, :3], np.array(rows)[:, 3]
+    assert (np.diff(elbow) > 0.0).all()
+    assert elbow[0] < 0.05
+    assert elbow[-1] > 1.0
+    assert shoulder[-1].max() < 0.1 * elbow[-1]

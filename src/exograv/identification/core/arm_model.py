@@ -13,7 +13,9 @@ from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout
+from exograv.model.arm import ENDS_DEG
 from exograv.model.assembly import Assembly
+from exograv.model.limb import FREEDOMS
 from exograv.model.loops import NEAR_SINGULAR, LoopSolver
 from exograv.spatial import solve_symmetric
 
@@ -30,12 +32,23 @@ SINGULAR_SD = 1e3
 """Standard deviation of a sample near a singular posture of the arm [N·m]: spring and damping torques have no
 meaning there."""
 
+END_STOP_NM, END_STOP_DEG = 10.0, 8.0
+"""Standard deviation of the torque of an end stop at the end of a joint's range [N·m], and angle over which it falls by
+a factor of e [°]. Published curves of passive torque rise by this factor in 4 to 10°, and ranges differ by 10° between
+people (docs/explanation/arm.md)."""
+
+STOPPED = "flexion", "abduction", "rotation", "elbow"
+"""Freedoms with end stops. Those of forearm and wrist are left out: they are weak."""
+
 SLOPE_MAX = 0.01
 """Largest gradient of the cuff energy after closure [N·m]; above it the closure is repeated from a cold start."""
 
 
 class ArmModel:
     """Model of an arm in a calibrated machine (a `TorqueModel`); parameters in the order of `dynamics.parameters`."""
+
+    end_stop_Nm = END_STOP_NM
+    """Standard deviation of the torque of an end stop at the end of a joint's range [N·m]."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly, self.machine = assembly, machine
@@ -45,6 +58,9 @@ class ArmModel:
         self._solver = LoopSolver(assembly)
         self._abductions = [limb.freedoms.start + 1 for limb in assembly.arm.limbs]
         self._coulomb = np.asarray(machine.friction.coulomb)
+        names = [name for limb in assembly.arm.limbs for name in FREEDOMS[: limb.n_freedoms]]
+        self._stopped = np.array([k for k, name in enumerate(names) if name in STOPPED])
+        self._ends = np.deg2rad([ENDS_DEG[names[k]] for k in self._stopped]).T
         self._forget()
 
     @property
@@ -140,14 +156,21 @@ class ArmModel:
         return tau.copy(), derivative.copy(), float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """Return the standard deviation of the torque [N·m]: the whole Coulomb torque at rest, zero in clear motion.
+        """Return the standard deviation of the torque [N·m]: the whole Coulomb torque at rest, little in clear motion.
 
-        It is `SINGULAR_SD` if the last sample was near a singular posture or its closure did not converge.
+        Near the end of a joint's range the torque of its end stop is not known. The result is `SINGULAR_SD` if the last
+        sample was near a singular posture or its closure did not converge.
         """
         if self._is_lost:
             return np.full(self.n_joints, SINGULAR_SD)
         singular = float((np.cos(self._z[self._abductions]) ** 2).min()) < NEAR_SINGULAR
-        return self._coulomb / np.cosh(v / SLOW_V) ** 2 + singular * SINGULAR_SD
+        return self._coulomb / np.cosh(v / SLOW_V) ** 2 + self._end_stops() + singular * SINGULAR_SD
+
+    def _end_stops(self) -> Joints:
+        """Return the standard deviation of the torque (joint,) by the arm's end stops in the last sample [N·m]."""
+        z = self._z[self._stopped]
+        inside = np.maximum(np.minimum(z - self._ends[0], self._ends[1] - z), 0.0)
+        return np.abs(self._G[self._stopped]).T @ (self.end_stop_Nm * np.exp(-inside / np.deg2rad(END_STOP_DEG)))
 
 
 def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
