@@ -10,7 +10,7 @@ from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.page_files import PAGES
 from exograv.console.rest_announcement import OVER_S
-from exograv.experiment.steered.flight_rests import STAGES
+from exograv.experiment.steered.rest_stages import STAGES
 from exograv.experiment.steered.view_models import RestLearning
 from exograv.procedures.identification.rest_text import RestPhase
 from exograv.safety.modes import Event

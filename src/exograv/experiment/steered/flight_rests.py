@@ -2,10 +2,8 @@
 
 import contextlib
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 
@@ -27,6 +25,7 @@ from exograv.storage.rests_so_far import RestsSoFar
 from exograv.storage.session_checkpoint import CheckedArm
 
 from .participant_keeping import PRESSED
+from .rest_stages import STAGES
 from .sentences import say
 from .view_models import RestLearning, WorkProgress
 
@@ -38,18 +37,6 @@ LEVEL_WITHIN_S = GRAVITY_LEVEL_S + 3.0
 
 ANNOUNCED_S = 3.0
 """Shortest announcement on the participant's page before the machine moves the arm [s]."""
-
-STAGES: Mapping[RestPhase, Literal["soon", "moves", "holds"]] = MappingProxyType(
-    {
-        RestPhase.WEIGHT: "soon",
-        RestPhase.WAY: "moves",
-        RestPhase.MOVES: "moves",
-        RestPhase.BACK: "moves",
-        RestPhase.LEARNS: "holds",
-        RestPhase.FLOATS: "holds",
-    }
-)
-"""Stages of a rest for the participant, by phase."""
 
 ENDS_S = 5.0
 """Time for the thread to end after the run [s]."""

@@ -345,7 +345,7 @@ class LiveFlight:
         why = state.place.ended(flown)
         if state.is_switched_off and not why:
             late = () if state.has_begun else (say("flight.late_start", seconds=f"{BEGUN_WITHIN_S:g}"),)
-            who = self._donned(state.place, state.keeping.code, state.who.identify_s)
+            who = self._donned(state.place, state.keeping.code or state.who.code, state.who.identify_s)
             return ProcessState(who, state.place, warnings=late)
         state.failure = why or say("flight.recording_over")
         return state

@@ -103,7 +103,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "rest.unlearned": "Identify or check the arm first. The machine learns in rests from then on.",
         "learning.reached": "All joints are within their targets. No further motion is needed.",
         "rehearsal.not_agreed": "Not agreed yet: the arm may not be pushed down.",
-        "rehearsal.no_rests": "A rehearsal does not learn in rests.",
+        "rehearsal.rest": "The rehearsal shows a rest in which a machine learns the arm. Nothing is measured.",
         "rehearsal.still_down": "The arm is still coming down.",
         "rehearsal.identified": "The arm is identified.",
     }
