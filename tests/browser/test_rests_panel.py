@@ -1,6 +1,7 @@
 """Both languages: the operator sees what the rests have taught, and the participant when the machine moves the arm."""
 
 import json
+from typing import Literal
 
 import pytest
 from tests.console.serving import Served
@@ -58,7 +59,7 @@ def test_the_operator_sees_what_the_rests_have_taught_and_asks_for_the_next_one(
     assert operator.page.locator("#work-title").inner_text() == PAGE_WORDS[language]["work.rest"]
 
 
-STAGES = ("soon", "moves", "holds")
+STAGES: tuple[Literal["soon", "moves", "holds"], ...] = ("soon", "moves", "holds")
 HEADLINE_SHARE = 0.05
 """Smallest height of a letter of the announcement as a share of the screen's height [-]: as the page's other headlines
 it is read from the machine's seat."""

@@ -22,6 +22,7 @@ from .test_broadcaster import rounds, shown
 from .test_handlers import floating
 
 Stage = Literal["soon", "moves", "holds"]
+IN_ORDER: tuple[Stage, ...] = ("soon", "moves", "holds")
 
 
 def in_rest(stage: Stage) -> RestLearning:
@@ -40,7 +41,7 @@ def test_each_stage_is_announced_and_its_end_for_some_seconds(house: Hub, desk: 
     page(house, Role.PARTICIPANT, clock)
     news = Broadcaster(house)
     assert announced(house, clock, news) is None
-    for stage in ("soon", "moves", "holds"):
+    for stage in IN_ORDER:
         desk.rests = in_rest(stage)
         assert announced(house, clock, news) == {"stage": stage, "seconds": 10}
     desk.rests = RestLearning(is_active=False, moves_s=10.0)

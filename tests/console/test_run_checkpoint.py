@@ -106,7 +106,7 @@ def test_a_resumed_run_knows_its_rests_before_the_machine_shows_any(tmp_path: Pa
 
 
 def test_a_console_that_resumes_a_run_gives_its_rests_to_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    file, given = kept(tmp_path), list[RestsSoFar | None]()
+    file, given = kept(tmp_path), list[RestsSoFar]()
     assert file is not None
     file.keep(TaskRun(short_plan(screen=SCREEN)).kept(), 1.0, RunContext(rests=RestsSoFar(3)))
     file.close()

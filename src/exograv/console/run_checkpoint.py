@@ -30,8 +30,8 @@ class RunContext(Settings):
     run: str | None = None
     """Random name of the run, as in `RunStatement`; None in earlier checkpoints."""
 
-    rests: RestsSoFar | None = None
-    """Rests in which the machine has learned the arm so far; None without them."""
+    rests: RestsSoFar = RestsSoFar()
+    """Rests in which the machine has learned the arm so far."""
 
 
 class RunCheckpoint:

@@ -91,7 +91,7 @@ class ProtocolTrial:
         self.side: Side | None = None if kept is None else kept.circumstances.side
         """Side of the arm with which the run began. A protocol has no side; a session has one."""
 
-        self._rests: RestsSoFar | None = None if kept is None else kept.circumstances.rests
+        self._rests = RestsSoFar() if kept is None else kept.circumstances.rests
         """Rests that have taught so far, as the machine has last shown them."""
 
         self.news = list[Record]()

@@ -116,7 +116,10 @@ class LiveRests:
                 self.stated_before_Nm, self._covariance = word.stated_Nm, word.covariance
             elif isinstance(word, RestReport):
                 self._is_report_due, self.so_far = False, word.so_far
-                self._process.send(ArmRefused(self._x, self._covariance))
+                if word.learned.verdict is Verdict.TAKEN:
+                    self._process.send(ArmRefused(self._x, self._covariance))
+                else:
+                    self._covariance = word.covariance
 
     def close(self) -> None:
         """Stop the process that learns."""

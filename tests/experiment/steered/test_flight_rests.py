@@ -32,6 +32,7 @@ pytestmark = pytest.mark.slow
 
 RIG = "recupera_like_qdd"
 EARTH = 1.0
+NO_RESTS = RestsSoFar()
 
 
 def code(text: str) -> str:
@@ -46,7 +47,7 @@ def flight(tmp_path: Path) -> LiveFlight:
     return flight_of(ReadyMachine.made(tmp_path, RIG))
 
 
-def flight_of(made: ReadyMachine, before: RestsSoFar | None = None) -> LiveFlight:
+def flight_of(made: ReadyMachine, before: RestsSoFar = NO_RESTS) -> LiveFlight:
     """Return the flight of a session; one that is resumed has the rests from before."""
     tmp_path = made.folder
     options = SteeredOptions(

@@ -198,7 +198,7 @@ def off_and_on(flight: LiveFlight, processes: Processes) -> None:
     wait_until(lambda: flight._state.is_waiting, "the machine that waits", SOON_S)
 
 
-def test_the_rests_of_a_person_count_on_over_switching_off_and_over_a_resumed_session_and_not_for_another_person(
+def test_the_rests_of_a_person_count_on_after_a_resume_and_a_switch_off_but_not_for_another(
     processes: Processes, tmp_path: Path
 ):
     machine, before = Machine(codes=("P-07",)), RestsSoFar(rests=1, left_out=0, motion_s=10.0)

@@ -91,7 +91,7 @@ class LiveFlight:
         place = machine_of(options.side)
         self._places = {place.side: place}
         self._next = self._donned(place, options.participant, options.identify_s)
-        self._rests_so_far = options.rests or RestsSoFar()
+        self._rests_so_far = options.rests
         """Rests of the session with the person in the machine, from before the present processes."""
         self._state, self._numbers = ProcessState(self._next, place), itertools.count(1)
         self._answers: dict[int, str] = {}

@@ -82,8 +82,8 @@ class SteeredOptions(WornOptions):
     run: tyro.conf.Fixed[StatesRun | None] = None
     """Run of a protocol, which each recording states; None without one."""
 
-    rests: tyro.conf.Fixed[RestsSoFar | None] = None
-    """Rests before the interruption of the session that is resumed; None for a new session."""
+    rests: tyro.conf.Fixed[RestsSoFar] = RestsSoFar()
+    """Rests before the interruption of the session that is resumed; none for a new session."""
 
     windows: tyro.conf.Fixed[int | None] = None
     """Number of windows of a trial; None for a whole protocol."""
