@@ -7,7 +7,7 @@ from pathlib import Path
 from exograv.errors import ConfigError, ExogravError
 from exograv.model.rig_settings import Settings
 from exograv.options import SESSIONS_MAX, OptionRecord, Side
-from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.rests_so_far import NO_RESTS, RestsSoFar
 from exograv.storage.session_checkpoint import (
     SESSION_FILE,
     KeptSession,
@@ -30,7 +30,7 @@ class RunContext(Settings):
     run: str | None = None
     """Random name of the run, as in `RunStatement`; None in earlier checkpoints."""
 
-    rests: RestsSoFar = RestsSoFar()
+    rests: RestsSoFar = NO_RESTS
     """Rests in which the machine has learned the arm so far."""
 
 

@@ -7,7 +7,7 @@ from exograv.errors import ConfigError
 from exograv.experiment.steered.view_models import SessionSnapshot
 from exograv.options import Side
 from exograv.safety.guard import CONSENT_S
-from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.rests_so_far import NO_RESTS, RestsSoFar
 from exograv.storage.session_checkpoint import AFRESH
 from exograv.task.events import (
     AcknowledgeAlarm,
@@ -91,7 +91,7 @@ class ProtocolTrial:
         self.side: Side | None = None if kept is None else kept.circumstances.side
         """Side of the arm with which the run began. A protocol has no side; a session has one."""
 
-        self._rests = RestsSoFar() if kept is None else kept.circumstances.rests
+        self._rests = NO_RESTS if kept is None else kept.circumstances.rests
         """Rests that have taught so far, as the machine has last shown them."""
 
         self.news = list[Record]()

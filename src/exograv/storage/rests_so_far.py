@@ -13,3 +13,6 @@ class RestsSoFar:
     """Number of restless motions that the estimate does not use."""
     motion_s: float = 0.0
     """Driven motion that the estimate uses [s]."""
+
+
+NO_RESTS = RestsSoFar()

@@ -26,13 +26,12 @@ from exograv.results import json_value
 from exograv.sentence import Sentence
 from exograv.storage.participant_file import read_participant
 from exograv.storage.participant_schema import StoredParticipant
-from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.rests_so_far import NO_RESTS, RestsSoFar
 
 pytestmark = pytest.mark.slow
 
 RIG = "recupera_like_qdd"
 EARTH = 1.0
-NO_RESTS = RestsSoFar()
 
 
 def code(text: str) -> str:

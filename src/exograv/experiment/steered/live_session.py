@@ -33,7 +33,7 @@ from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.ros2.streaming import Streaming
 from exograv.safety.modes import Event, Mode
 from exograv.signals import Reference
-from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.rests_so_far import NO_RESTS
 
 from .flight_rests import FlightRests
 from .interface import FlightMoment
@@ -308,7 +308,7 @@ class LiveFlight:
                 return
             self._is_ending, who, before = False, self._next, self._state
             is_same = who is before.who or (who.code is not None and who.code in (before.who.code, before.keeping.code))
-            self._rests_so_far = self._rests_so_far if is_same else RestsSoFar()
+            self._rests_so_far = self._rests_so_far if is_same else NO_RESTS
             place = self._places[who.side]
             self._state = state = ProcessState(who, place)
             try:

@@ -21,7 +21,7 @@ from exograv.options import (
     WornOptions,
 )
 from exograv.results import json_value
-from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.rests_so_far import NO_RESTS, RestsSoFar
 
 if TYPE_CHECKING:
     from exograv.task.run_statement import RunStatement  # NumPy: the command line starts without it
@@ -82,7 +82,7 @@ class SteeredOptions(WornOptions):
     run: tyro.conf.Fixed[StatesRun | None] = None
     """Run of a protocol, which each recording states; None without one."""
 
-    rests: tyro.conf.Fixed[RestsSoFar] = RestsSoFar()
+    rests: tyro.conf.Fixed[RestsSoFar] = NO_RESTS
     """Rests before the interruption of the session that is resumed; none for a new session."""
 
     windows: tyro.conf.Fixed[int | None] = None
