@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -120,6 +121,8 @@ def test_the_first_stored_arm_of_a_donning_counts_it_even_if_it_comes_from_a_res
 def test_the_operator_is_told_what_of_the_rests_is_not_in_the_file():
     one = keeping("P-07", "P-07")
     assert code_of(one.keep_rests(LEARNED, Folder(fails=True).keep_rests)) == "rest.not_stored"
+    no_folder = Mock(side_effect=PermissionError("people"))
+    assert code_of(one.keep_rests(LEARNED, no_folder)) == "rest.not_stored"
     assert code_of(one.keep_rests(LEARNED, lambda *_: NotKept(None, KEPT_BEFORE))) == "rest.kept_before"
     refuted = KeptParticipant(Path("P.toml"), "P-07", "", 1, [], 0, DISAGREED)
     assert code_of(one.keep_rests(LEARNED, lambda *_: refuted)) == "rest.stored_refuted"

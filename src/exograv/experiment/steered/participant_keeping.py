@@ -81,7 +81,7 @@ class EstimateKeeper:
         """
         try:
             written = keep(self.code or self._who.code, learned, self._is_of_donning)
-        except ExogravError as error:
+        except (ExogravError, OSError) as error:
             return say("rest.not_stored", why=str(error))
         if isinstance(written, KeptParticipant):
             self.code, self._is_of_donning = written.code, True
