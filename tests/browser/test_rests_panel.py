@@ -1,6 +1,7 @@
-"""The operator sees in both languages what the rests have taught, and asks for the next one by one button."""
+"""Both languages: the operator sees what the rests have taught, and the participant when the machine moves the arm."""
 
 import json
+from typing import Literal
 
 import pytest
 from tests.console.serving import Served
@@ -12,7 +13,7 @@ from exograv.experiment.steered.sentences import say
 from exograv.experiment.steered.view_models import RestLearning, WorkProgress
 
 from .conftest import Visit
-from .of_browser import take_arm
+from .of_browser import MISFITS, TOUCH_MIN_PX, take_arm
 
 pytestmark = pytest.mark.slow
 
@@ -56,3 +57,36 @@ def test_the_operator_sees_what_the_rests_have_taught_and_asks_for_the_next_one(
     )  # fmt: skip
     operator.page.locator("#work").wait_for()
     assert operator.page.locator("#work-title").inner_text() == PAGE_WORDS[language]["work.rest"]
+
+
+STAGES: tuple[Literal["soon", "moves", "holds"], ...] = ("soon", "moves", "holds")
+HEADLINE_SHARE = 0.05
+"""Smallest height of a letter of the announcement as a share of the screen's height [-]: as the page's other headlines
+it is read from the machine's seat."""
+
+
+@pytest.mark.parametrize("language", WORDS)
+@pytest.mark.parametrize("width", [1280, 600])
+def test_the_participant_reads_each_stage_of_a_motion_in_large_type_and_the_page_holds_it(
+    visit: Visit, house: Served, language: str, width: int
+):
+    operator, participant = visit(Role.OPERATOR), visit(Role.PARTICIPANT, language, width=width)
+    take_arm(operator)
+    words, headline = PAGE_WORDS[language], participant.page.locator("#headline")
+
+    def reads(stage: str) -> None:
+        headline.filter(has_text=words[f"participant.learn_{stage}"].format(seconds=10)).wait_for()
+        participant.page.locator("#more", has_text=words[f"participant.learn_{stage}.more"]).wait_for()
+
+    for stage in STAGES:
+        house.desk.rests = RestLearning(is_active=True, stage=stage, moves_s=10.0)
+        reads(stage)
+        size = headline.evaluate("element => parseFloat(getComputedStyle(element).fontSize)")
+        assert size >= HEADLINE_SHARE * 800
+        assert participant.page.evaluate(MISFITS, TOUCH_MIN_PX) == []
+        box, stop = participant.page.locator("#more").bounding_box(), participant.page.locator("#stop").bounding_box()
+        assert box is not None
+        assert stop is not None
+        assert box["y"] + box["height"] <= stop["y"], "no word lies under Stop"
+    house.desk.rests = RestLearning(is_active=False, moves_s=10.0)
+    reads("over")

@@ -137,7 +137,8 @@ def test_without_a_protocol_the_participant_is_told_too(hub: Hub):
     hub.close(operator)
     run(Broadcaster(hub).step())
     (text,) = participant.outbox._news["picture"]
-    assert json.loads(text) == {"kind": "picture", "picture": None, "screen": None, "notice": "closed"}
+    told = {"kind": "picture", "picture": None, "screen": None, "notice": "closed", "rest": None}
+    assert json.loads(text) == told
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

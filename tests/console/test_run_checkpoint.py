@@ -19,12 +19,16 @@ from exograv.console.run import ConsoleResult
 from exograv.console.run_checkpoint import RunCheckpoint, RunContext, kept_run
 from exograv.console.trial import ProtocolTrial
 from exograv.console.trial_request import TrialRequest
-from exograv.errors import ConfigError, RecordingError
+from exograv.errors import ConfigError, RecordingError, RigError
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.experiment.steered.view_models import RestLearning
 from exograv.live.options import PersonForm
+from exograv.storage.rests_so_far import RestsSoFar
 from exograv.storage.session_checkpoint import checkpoint_path
-from exograv.task.events import Start, Stop, Tick
+from exograv.task.events import Resume, Start, Stop, Tick
+from exograv.task.run import TaskRun
 
+from .fake_desk import FakeDesk
 from .of_process import Page, console, short_file
 
 Begun = Callable[..., ProtocolTrial]
@@ -80,6 +84,42 @@ def test_what_was_kept_comes_back_with_its_touches_side_and_screen(tmp_path: Pat
     assert again.run.state == first.run.state
     assert again.run.state.touches == 1
     assert (again.side, again.plan.screen) == ("left", SCREEN)
+
+
+def test_a_resumed_run_knows_its_rests_before_the_machine_shows_any(tmp_path: Path, trial: Begun):
+    first, desk = trial(tmp_path, 1), FakeDesk(lambda: 100.0)
+    first.run.feed(Start(t=100.0))
+    desk.rests = RestLearning(is_active=False, rests=2, left_out=1, motion_s=10.0)
+    first.tick(101.0, desk.shown())
+    desk.rests = None
+    first.tick(112.0, desk.shown())
+    closed(first)
+    before = RestsSoFar(rests=2, left_out=1, motion_s=10.0)
+    again = trial(tmp_path, 2, resumes=True)
+    again.tick(113.0, desk.shown())
+    again.run.feed(Resume(t=114.0))
+    closed(again)
+    last = kept(tmp_path, resumes=True)
+    assert last is not None
+    last.close()
+    assert last.circumstances.rests == before
+
+
+def test_a_console_that_resumes_a_run_gives_its_rests_to_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    file, given = kept(tmp_path), list[RestsSoFar]()
+    assert file is not None
+    file.keep(TaskRun(short_plan(screen=SCREEN)).kept(), 1.0, RunContext(rests=RestsSoFar(3)))
+    file.close()
+
+    def flight(options: SteeredOptions, *_: object) -> None:
+        given.append(options.rests)
+        raise RigError("There is no machine here.")
+
+    monkeypatch.setattr("exograv.api.rig_factory.steered_flight", flight)
+    options, trial = SteeredOptions(participant="P-07"), TrialOptions(protocol="training", resume=True)
+    with pytest.raises(RigError):
+        run_console_command(options, PersonForm(), trial, Address(), OutFolder(out=tmp_path))
+    assert given == [RestsSoFar(3)]
 
 
 def test_a_simulated_session_or_rehearsal_of_the_same_name_does_not_block_a_session(

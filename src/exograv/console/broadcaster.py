@@ -20,6 +20,7 @@ from .hub import UNMANNED, Hub
 from .keys import Role
 from .lease import ALARM_AFTER_S
 from .lease_loss import LeaseLoss, cause_of_silence
+from .rest_announcement import RestAnnouncement
 from .sentences import say, spoken
 from .trial import ProtocolTrial
 
@@ -69,6 +70,7 @@ class Broadcaster:
         self._hub, self._count, self._since = hub, 0, 0
         self._picture: dict[str, Any] = {}
         self._level: float | None = None
+        self._announcement = RestAnnouncement()
         self._is_silent, self._stepped, self._late_s = False, hub.desk.now(), 0.0
         self._asking, self._looking, self._drawing = _Errand(), _Errand(), _Errand()
 
@@ -127,14 +129,15 @@ class Broadcaster:
         self._ask_level(trial.level(t))
 
     def _show_participant(self, t: float) -> None:
-        """Send the picture of the task, and the reason why no page steers. Nothing else of the machine is sent."""
+        """Send the picture of the task, the reason why no page steers, and a motion in a rest. Nothing else is sent."""
         hub = self._hub
         picture = None if hub.trial is None else hub.trial.participant(t).model_dump(mode="json")
         notice = hub.loss.cause if hub.loss is not None and hub.lease.held_by(t) is None else None
-        steady = {key: value for key, value in (picture or {}).items() if key != "countdown_s"} | {"notice": notice}
+        around = {"notice": notice, "rest": self._announcement.look(hub.shown, t)}
+        steady = {key: value for key, value in (picture or {}).items() if key != "countdown_s"} | around
         if steady != self._picture or self._count % PARTICIPANT_EVERY == 0:
             self._picture = steady
-            hub.show({Role.PARTICIPANT}, "picture", {"picture": picture, "screen": _screen(hub), "notice": notice})
+            hub.show({Role.PARTICIPANT}, "picture", {"picture": picture, "screen": _screen(hub)} | around)
 
     def _ask_level(self, level: float | None) -> None:
         """Ask the machine for a gravity level, one request at a time. The guard applies its own ramp."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from exograv.errors import ConfigError, ExogravError
 from exograv.model.rig_settings import Settings
 from exograv.options import SESSIONS_MAX, OptionRecord, Side
+from exograv.storage.rests_so_far import NO_RESTS, RestsSoFar
 from exograv.storage.session_checkpoint import (
     SESSION_FILE,
     KeptSession,
@@ -19,7 +20,7 @@ from exograv.task.screen import ScreenCalibration
 
 
 class RunContext(Settings):
-    """Conditions at the start of a run, besides its protocol."""
+    """Conditions of a run besides its protocol: at its start, and the rests that have taught so far."""
 
     side: Side | None = None
     """Side of the arm."""
@@ -28,6 +29,9 @@ class RunContext(Settings):
 
     run: str | None = None
     """Random name of the run, as in `RunStatement`; None in earlier checkpoints."""
+
+    rests: RestsSoFar = NO_RESTS
+    """Rests in which the machine has learned the arm so far."""
 
 
 class RunCheckpoint:

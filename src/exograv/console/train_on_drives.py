@@ -77,7 +77,7 @@ def run_training_on_drives(
         windows=options.windows,
         allocation=options.allocation,
     )
-    request.check()
+    before = request.check()
     plan = request.plan()
     if plan is None or plan.exo == "passive" or plan.protocol.opening != "clock":
         raise ConfigError(
@@ -89,7 +89,7 @@ def run_training_on_drives(
     if (ended := ended_run(request, report)) is not None:
         return _training(options, request, report, say, ended.is_finished, None, None, ended.totals)
     stated = request.stated()
-    steered = replace(steered, run=stated, allocation_sha256=request.allocation_sha256)
+    steered = replace(steered, run=stated, rests=before.rests, allocation_sha256=request.allocation_sha256)
     desk = SessionController(flight_of(steered, person, folder, "run train", say))
     outcome: list[SessionOutcome] = []
 

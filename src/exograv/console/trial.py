@@ -7,6 +7,7 @@ from exograv.errors import ConfigError
 from exograv.experiment.steered.view_models import SessionSnapshot
 from exograv.options import Side
 from exograv.safety.guard import CONSENT_S
+from exograv.storage.rests_so_far import NO_RESTS, RestsSoFar
 from exograv.storage.session_checkpoint import AFRESH
 from exograv.task.events import (
     AcknowledgeAlarm,
@@ -90,6 +91,9 @@ class ProtocolTrial:
         self.side: Side | None = None if kept is None else kept.circumstances.side
         """Side of the arm with which the run began. A protocol has no side; a session has one."""
 
+        self._rests = NO_RESTS if kept is None else kept.circumstances.rests
+        """Rests that have taught so far, as the machine has last shown them."""
+
         self.news = list[Record]()
         """Records that the pages have not received yet; the broadcaster empties this list."""
         self.run.sinks = (
@@ -126,13 +130,16 @@ class ProtocolTrial:
         """Store a checkpoint of a run that has begun."""
         if self._kept is not None and self.run.state.status != "ready":
             name = None if self._statement is None else self._statement.run
-            self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen, run=name))
+            said = RunContext(side=self.side, screen=self.plan.screen, run=name, rests=self._rests)
+            self._kept.keep(self.run.kept(), t, said)
 
     def tick(self, t: float, shown: SessionSnapshot) -> str:
         """Advance the run to time `t` [s]; return a sentence for an alarm if the run had to be paused.
 
         While the machine is silent the run waits: it may have stopped, and the clock would end a window as complete.
         """
+        if shown.rests is not None and shown.rests.rests:
+            self._rests = RestsSoFar(shown.rests.rests, shown.rests.left_out, shown.rests.motion_s)
         silent_s = shown.age_s if self.is_active and self.is_running and shown.mode in CARRIED else 0.0
         if silent_s > SILENT_MAX_S:
             why = f"The machine has sent no values for {SILENT_MAX_S:g} s."

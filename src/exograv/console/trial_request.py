@@ -6,7 +6,7 @@ from secrets import token_hex
 
 from exograv.experiment.aircraft import AircraftReceiver
 from exograv.experiment.train.request import read_allocation
-from exograv.options import OptionRecord, Side
+from exograv.options import OptionRecord
 from exograv.safety.guard import GRAVITY_LEVEL_MAX
 from exograv.storage.stated_run import StatedRun
 from exograv.task.allocation import exo_for, group_of
@@ -15,7 +15,7 @@ from exograv.task.protocol import first_windows, load_protocol, refuse_levels
 from exograv.task.run_statement import RunStatement
 
 from .feed import receiver_of
-from .run_checkpoint import RunCheckpoint, kept_run, run_path
+from .run_checkpoint import RunCheckpoint, RunContext, kept_run, run_path
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class TrialRequest:
     launch: str = field(default_factory=lambda: token_hex(8))
     """Random name of this command, and of a run that begins with it."""
 
-    def check(self) -> Side | None:
-        """Check the request before anything starts; return the side of the arm of a run that is resumed.
+    def check(self) -> RunContext:
+        """Check the request before anything starts; return the conditions of a run that is resumed.
 
         Raises:
             ConfigError: As the other methods.
@@ -57,9 +57,9 @@ class TrialRequest:
         self.receiver(self.plan())
         kept = self.checkpoint()
         if kept is None:
-            return None
+            return RunContext()
         kept.close()
-        return kept.circumstances.side
+        return kept.circumstances
 
     def plan(self) -> TaskPlan | None:
         """Plan of the protocol.

@@ -19,6 +19,8 @@ from exograv.procedures.identification.rest_text import RestPhase
 from exograv.procedures.identification.session_watch import MeansListener
 from exograv.runtime.processes.supervisor import Supervisor
 from exograv.safety.limits import PersonLimits
+from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.session_checkpoint import CheckedArm
 
 from .arm_worker import LearnedArm
 from .live_procedure import LiveFloat
@@ -46,33 +48,38 @@ RestProgress = Callable[[RestPhase, float], object]
 class LiveRests:
     """Arm of a session, as it is known from its identification and from the rests. One thread at a time uses it."""
 
-    def __init__(self, prepared: ControllerKnowledge, line: OrderLine, period_s: float):
+    def __init__(self, prepared: ControllerKnowledge, line: OrderLine, period_s: float, before: RestsSoFar):
         """Prepare the limits of the person, which takes a second.
 
         Args:
             prepared: Machine with the arm in it.
             line: Orders to control.
             period_s: Period of the machine [s].
+            before: Rests of the session from before the machine took the arm.
         """
         self._prepared, self._line, self._period_s = prepared, line, period_s
         self._limits = LimitsMaker(prepared.assembly, prepared.machine, prepared.x)
         self._process: Supervisor[RestJob] | None = None
-        self._has_begun = self._is_forgotten = self._has_given_up = False
+        self._has_begun = self._is_forgotten = self._has_given_up = self._is_report_due = False
         self._x = self._identified = prepared.x
         self._covariance: Covariance = np.zeros((0, 0))
-        self.rests = 0
+        self.so_far = before
+        """Rests of the session as of the newest report of the process."""
+        self.rests = before.rests
         """Number of motions so far."""
         self.stated_before_Nm: Joints | None = None
         """Residual torque that the arm stated before the first rest [N·m]; None before the process is ready."""
         self.newest: RestLearned | None = None
         """Result of the last rest; None before the first."""
+        self.checked: CheckedArm | None = None
+        """Estimate of the last complete rest for the participant's file; None before a rest gave one."""
         self.has_other_limits = False
         """True while the guard has other limits than those of the carried arm that floats, as during a motion."""
 
     @property
     def is_ready(self) -> bool:
         """True if the process can learn."""
-        return self.stated_before_Nm is not None and not self.has_failed
+        return self.stated_before_Nm is not None and not self.has_failed and not self._is_report_due
 
     @property
     def has_failed(self) -> bool:
@@ -93,15 +100,26 @@ class LiveRests:
         is_carried = is_plausible(self._prepared.assembly.arm, carried.x)
         if estimate.covariance is not None and is_carried:
             self._x = self._identified = carried.x
-            job = RestJob(self._prepared.assembly, self._prepared.machine, carried.x, (estimate.x, estimate.covariance))
+            machine, belief = self._prepared.machine, (estimate.x, estimate.covariance)
+            job = RestJob(self._prepared.assembly, machine, carried.x, belief, self.so_far)
             self._process = Supervisor("rests", rest_process, job)
 
     def look(self) -> None:
-        """Take the message that the process is ready. Call it several times a second, except during a motion."""
-        if self._process is not None and self.stated_before_Nm is None:
-            for word in self._process.heard():
-                if isinstance(word, ReadyToLearn):
-                    self.stated_before_Nm, self._covariance = word.stated_Nm, word.covariance
+        """Take the message that the process is ready. Call it several times a second, except during a motion.
+
+        A rest may have ended before its report: the process then learns that the machine carries the arm from before.
+        """
+        if self._process is None or (self.stated_before_Nm is not None and not self._is_report_due):
+            return
+        for word in self._process.heard():
+            if isinstance(word, ReadyToLearn):
+                self.stated_before_Nm, self._covariance = word.stated_Nm, word.covariance
+            elif isinstance(word, RestReport):
+                self._is_report_due, self.so_far = False, word.so_far
+                if word.learned.verdict is Verdict.TAKEN:
+                    self._process.send(ArmRefused(self._x, self._covariance))
+                else:
+                    self._covariance = word.covariance
 
     def close(self) -> None:
         """Stop the process that learns."""
@@ -127,7 +145,8 @@ class LiveRests:
         """Move the floating arm, learn it, move it back, put a better arm into force, and let it float.
 
         Returns:
-            Result of the rest; None if the process has failed or was too slow. The arm in force then stays.
+            Result of the rest; None if the process has failed or was too slow. The arm in force then stays, as does
+            `checked`.
 
         Raises:
             RigError: The machine was stopped or gave the arm back, or the run is over.
@@ -150,7 +169,8 @@ class LiveRests:
         back = REST_LEARNING.passage(path.at(len(path) - 1)[0], home, self._period_s)
         done_s = self._follow(machine, back, RestPhase.BACK, progress, done_s)
         progress(RestPhase.LEARNS, done_s)
-        learned = self._put_into_force(machine, self._heard(machine))
+        report = self._heard(machine)
+        learned = self._put_into_force(machine, report)
         self.newest = learned or self.newest
         progress(RestPhase.FLOATS, done_s)
         self._order(machine, is_led=False)
@@ -158,6 +178,8 @@ class LiveRests:
             machine.wait()
         machine.wear(self.known(), is_driven=False)
         self.has_other_limits = False
+        if report is not None and learned is not None and learned.verdict is report.learned.verdict:
+            self.checked = report.checked
         return learned
 
     def _paths(self, q: Joints) -> tuple[Planned, Planned]:
@@ -186,6 +208,7 @@ class LiveRests:
     def _send(self, samples: list[Sample]) -> None:
         self.rests += 1
         if self._process is not None:
+            self._is_report_due = True
             self._process.send(samples)
 
     def _heard(self, machine: LiveFloat) -> RestReport | None:
@@ -194,6 +217,7 @@ class LiveRests:
         while process is not None and not process.has_hung_up and time.monotonic() < until:
             for word in process.heard():
                 if isinstance(word, RestReport):
+                    self._is_report_due, self.so_far = False, word.so_far
                     return word
             machine.wait()
         self._give_up()  # A late result would be taken for that of the next rest.

@@ -14,6 +14,8 @@ from exograv.model.assembly import Assembly
 from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.identification.rest_learning import RestLearned, RestLearner
 from exograv.runtime.clock.free_memory import return_free_memory
+from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.session_checkpoint import CheckedArm
 
 NICE = 10
 """Lower priority of this process: guard and control come first."""
@@ -29,6 +31,8 @@ class RestJob:
     """Parameters that the machine carries."""
     belief: Belief
     """Mean and covariance of the estimate from before the first rest."""
+    before: RestsSoFar
+    """Rests of the session from before."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,9 @@ class RestReport:
     learned: RestLearned
     x: Parameters
     covariance: Covariance
+    checked: CheckedArm | None
+    """Estimate for the participant's file; None without one."""
+    so_far: RestsSoFar
 
 
 @dataclass(frozen=True)
@@ -61,13 +68,16 @@ def rest_process(job: RestJob, parent: Connection) -> None:
     """Learn from the samples of each rest, until the parent ends the session or is gone."""
     os.nice(NICE)
     learner = RestLearner(ArmModel(job.assembly, job.machine), job.x, job.belief)
+    learner.count_on(job.before)
     return_free_memory()
     parent.send(ReadyToLearn(learner.covariance, learner.stated_Nm))
     while (word := _next(parent)) is not None:
         if isinstance(word, ArmRefused):
             learner.keep(word.x, word.covariance)
         else:
-            parent.send(RestReport(learner.learn(word), learner.x, learner.covariance))
+            learned = learner.learn(word)
+            arm = learner.x, learner.covariance
+            parent.send(RestReport(learned, *arm, learner.kept.checked, learner.so_far))
 
 
 def _next(parent: Connection) -> ArmRefused | list[Sample] | None:

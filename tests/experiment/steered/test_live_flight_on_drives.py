@@ -17,6 +17,7 @@ from exograv.experiment.steered import live_session, process_state
 from exograv.experiment.steered.flight_rests import FlightRests
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.experiment.steered.requests import DonRequest
 from exograv.live.live_control import LivePlan
 from exograv.live.live_processes import LiveResult, Running
 from exograv.model.description import load_rig
@@ -25,6 +26,7 @@ from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.steering import GuardRequest
 from exograv.safety.modes import Event, Mode
 from exograv.safety.stops import StopReason
+from exograv.storage.rests_so_far import RestsSoFar
 
 SOON_S = 10.0
 
@@ -41,6 +43,8 @@ class Processes:
     is_on: bool = False
     asked: list[Event] = field(default_factory=list)
     ended: threading.Event = field(default_factory=threading.Event)
+    rests_before: list[RestsSoFar] = field(default_factory=list)
+    """Rests before each start of the processes."""
 
     def send(self, word: object) -> None:
         if isinstance(word, GuardRequest):
@@ -85,7 +89,8 @@ class Machine:
     @property
     def people(self) -> Any:
         plan = Mock(spec=LivePlan, prepared=self.prepare(), period_ns=1_000_000, description=self.description)
-        return SimpleNamespace(plan=lambda *_: plan, codes=self.codes, refuted=self.refuted, keep=lambda *_: None)
+        return SimpleNamespace(plan=lambda *_: plan, codes=self.codes, refuted=self.refuted, keep=lambda *_: None,
+                               keep_rests=lambda *_: None)  # fmt: skip
 
     def prepare(self) -> Any:
         return Mock(spec=ControllerKnowledge, assembly=None, machine=None, x=None)
@@ -136,11 +141,12 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Processes:
     no_rests = Mock(spec=FlightRests, is_active=False)
     no_rests.view.return_value = no_rests.work.return_value = None
     no_rests.before_take.return_value = ""
+    no_rests.so_far = RestsSoFar(rests=2, left_out=1, motion_s=10.0)
     recorder = contextlib.nullcontext(SimpleNamespace(inlet=None, check=lambda: None))
     monkeypatch.setattr(live_session, "Recorder", lambda *_, **__: recorder)
     for name, replacement in (
-        ("fly", made.fly), ("FlightMemoryView", View), ("ArmController", lambda *_: None),
-        ("LiveRests", lambda *_: None), ("FlightRests", lambda *_: no_rests),
+        ("fly", made.fly), ("FlightMemoryView", View), ("ArmController", lambda *_: Mock()),
+        ("LiveRests", lambda *given: made.rests_before.append(given[3])), ("FlightRests", lambda *_: no_rests),
         ("parts_of", lambda *_, **__: None), ("settings_of", lambda *_: {}),
         ("told", lambda _row, n: process_state.told(None, n)),
     ):  # fmt: skip
@@ -181,6 +187,42 @@ def test_a_machine_that_is_switched_off_has_its_motors_off_and_waits_again(fligh
     assert not processes.is_on
     flight.ask(Event.TEST)
     wait_until(lambda: processes.runs == 2, "the second run", SOON_S)
+    assert flight._state.who.code == "P-07", "the arm is stored under the code that was asked for"
+
+
+def off_and_on(flight: LiveFlight, processes: Processes) -> None:
+    """Make the machine ready, and switch it off."""
+    flight.ask(Event.TEST)
+    wait_until(lambda: flight._state.has_begun, "the parent's look", SOON_S)
+    processes.send(GuardRequest(1, Event.SWITCH_OFF))
+    wait_until(lambda: flight._state.is_waiting, "the machine that waits", SOON_S)
+
+
+def test_the_rests_of_a_person_count_on_after_a_resume_and_a_switch_off_but_not_for_another(
+    processes: Processes, tmp_path: Path
+):
+    machine, before = Machine(codes=("P-07",)), RestsSoFar(rests=1, left_out=0, motion_s=10.0)
+    options = SteeredOptions(participant="P-07", rests=before)
+    made = LiveFlight(options, tmp_path, lambda _side: machine)  # type: ignore[arg-type,return-value]
+    wait_until(lambda: made._state.is_waiting, "the machine that waits", SOON_S)
+    for _ in range(2):
+        off_and_on(made, processes)
+    assert processes.rests_before == [before, RestsSoFar(rests=2, left_out=1, motion_s=10.0)]
+    who = made._state.who
+    made.don(DonRequest(id="don-000001", made_at_s=made.now(), seen_version=0, participant=None))
+    wait_until(lambda: made._state.is_waiting and made._state.who is not who, "the next person", SOON_S)
+    off_and_on(made, processes)
+    assert processes.rests_before[-1] == RestsSoFar()
+    made.close()
+
+
+def test_an_arm_that_is_identified_anew_contains_no_motion_of_earlier_rests(processes: Processes, tmp_path: Path):
+    options = SteeredOptions(participant="P-07", rests=RestsSoFar(rests=2, left_out=1, motion_s=10.0))
+    made = LiveFlight(options, tmp_path, lambda _side: Machine())  # type: ignore[arg-type,return-value]
+    wait_until(lambda: made._state.is_waiting, "the machine that waits", SOON_S)
+    off_and_on(made, processes)
+    assert processes.rests_before == [RestsSoFar(rests=2, left_out=1, motion_s=0.0)]
+    made.close()
 
 
 def test_motors_go_off_again_if_nobody_steers_when_they_went_on(flight: LiveFlight, processes: Processes):

@@ -21,9 +21,15 @@ from exograv.model.loops import FIT
 from exograv.model.support import sample_postures
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import excitation_motion
-from exograv.procedures.identification.participant_session import KeptParticipant, NotKept, ParticipantRun
+from exograv.procedures.identification.participant_session import (
+    KEPT_BEFORE,
+    KeptParticipant,
+    NotKept,
+    ParticipantRun,
+)
 from exograv.procedures.identification.rest_learning import RestLearner, Verdict, check_postures, shifted
 from exograv.procedures.identification.rest_text import rest_text
+from exograv.storage.rests_so_far import RestsSoFar
 from exograv.storage.session_checkpoint import CheckedArm, KeptArm, KeptRests, KnownPerson
 
 RIG, SEED = "recupera_like", 1014
@@ -110,7 +116,9 @@ def test_an_arm_that_the_machine_refuses_leaves_no_trace_in_what_the_learner_sta
     learned = learner.learn(of_motion(model.again(), learner, truth, 0))
     assert learned.verdict is Verdict.TAKEN
     assert (learner.covariance != covariance).any()
+    assert learner.kept.checked is not None
     learner.keep(x, covariance)
+    assert learner.kept.checked is None
     assert learner.x is x
     assert learner.covariance is covariance
 
@@ -177,6 +185,19 @@ def test_rests_of_a_restless_wearer_teach_more_if_the_muscles_are_measured(model
     assert left[1] < 0.5 * left[0]
 
 
+def test_a_learner_that_counts_on_moves_another_part_of_the_excitation_and_adds_its_motion(model: ArmModel):
+    start = table_guess(model.assembly, model.machine)
+    first, later = RestLearner(model, start), RestLearner(model, start)
+    before = RestsSoFar(rests=1, left_out=1, motion_s=10.0)
+    later.count_on(before)
+    assert later.so_far == before
+    truth = prior(model.assembly, model.machine)[0]
+    samples = of_motion(model.again(), later, truth, 1)
+    assert not np.allclose(samples[50].q, of_motion(model.again(), first, truth, 1)[50].q)
+    later.learn(samples)
+    assert later.so_far == RestsSoFar(2, 1, 10.0 + samples[-1].t)
+
+
 @pytest.mark.long
 def test_a_resumed_learner_states_and_carries_what_an_uninterrupted_one_does(model: ArmModel):
     learner = RestLearner(model, table_guess(model.assembly, model.machine))
@@ -217,6 +238,22 @@ def test_an_arm_from_rests_is_written_once_and_none_without_a_relaxed_rest(model
     written = run().keep_learned(other, model.machine)
     assert isinstance(written, KeptParticipant)
     assert written.donnings == 2
+
+    def later(**better: object) -> KeptParticipant | NotKept | None:
+        arm = other.model_copy(update={"x": [other.x[0] * 1.1, *other.x[1:]], **better})
+        return replace(run(), is_of_donning=True).keep_learned(arm, model.machine)
+
+    whole = (tmp_path / "a.toml").read_bytes()
+    worse = [1.1 * value for value in other.predicted_left_over_Nm]
+    assert later(predicted_left_over_Nm=worse) == NotKept(None, KEPT_BEFORE)
+    assert (tmp_path / "a.toml").read_bytes() == whole
+    for one in (
+        later(predicted_left_over_Nm=[0.9 * value for value in other.predicted_left_over_Nm]),
+        later(predicted_left_over_Nm=worse, outcome=Outcome.DISAGREES.value, x=other.x),
+        later(predicted_left_over_Nm=worse),
+    ):
+        assert isinstance(one, KeptParticipant)
+        assert one.donnings == 2
 
 
 def slow_torque(seed: int, count: int, sd_Nm: float) -> np.ndarray:

@@ -75,8 +75,8 @@ def run_console_command(
         aircraft_port=None if trial.aircraft is None else _port(trial.aircraft),
         aircraft_sender=trial.aircraft_sender,
     )
-    side = request.check()
-    options = replace(options, side=options.side or side, run=request.stated())
+    before = request.check()
+    options = replace(options, side=options.side or before.side, run=request.stated(), rests=before.rests)
     if trial.rehearse:
         from exograv.experiment.steered.rehearsal import RehearsedFlight
 

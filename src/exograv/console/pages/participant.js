@@ -29,6 +29,7 @@ const touches = new Touches();
 let sequence = 0;
 let picture = null;
 let notice = null;
+let rest = null;
 let pictureAt = 0;
 let target = PLACE;
 
@@ -37,6 +38,7 @@ const trails = new Trails(line);
 
 function take(message) {
   notice = message.notice;
+  rest = message.rest;
   picture = message.picture ?? IDLE;
   pictureAt = now();
   target = picture.target ?? target;
@@ -55,7 +57,7 @@ function changed(state) {
   // A lost line ends the picture: an old countdown or arrow would mislead. Touches are still taken and kept.
   if (state === "ended" || state === "shut" || state === "gone") {
     picture = { ...IDLE, screen: "lost" };
-    notice = null;
+    notice = rest = null;
     draw();
   }
 }
@@ -73,7 +75,9 @@ function draw() {
   if (notice !== null) at("notice").textContent = `${say(`participant.lost.${notice}`)} ${say("participant.lost.then")}`;
   if (picture === null) return;
   const isTask = picture.screen === "task";
-  document.body.dataset.screen = picture.screen;
+  // The machine moves the arm in a rest only, so an announcement never covers the target.
+  const announced = isTask ? null : rest;
+  document.body.dataset.screen = announced === null ? picture.screen : "announced";
   place(picture.diameter_px);
   at("target").hidden = !isTask;
   const sign = picture.arrow;
@@ -86,12 +90,13 @@ function draw() {
   }
   at("screen").hidden = isTask;
   if (!isTask) {
-    at("headline").textContent = say(`participant.${picture.screen}`);
-    const values = { window: picture.window, windows: picture.windows };
-    at("more").textContent = say(`participant.${picture.screen}.more`, values, "");
+    const name = announced === null ? picture.screen : `learn_${announced.stage}`;
+    const values = { window: picture.window, windows: picture.windows, seconds: announced?.seconds };
+    at("headline").textContent = say(`participant.${name}`, values);
+    at("more").textContent = say(`participant.${name}.more`, values, "");
   }
   at("agree").hidden = !picture.asks_consent;
-  const isWelcome = picture.screen === "welcome";
+  const isWelcome = picture.screen === "welcome" && announced === null;
   at("preparation").hidden = at("calibration").hidden = !isWelcome;
 }
 

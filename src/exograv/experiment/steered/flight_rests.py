@@ -3,6 +3,7 @@
 import contextlib
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,8 +21,11 @@ from exograv.runtime.control_loop.steering import DescentCommand
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.safety.modes import Mode
 from exograv.sentence import Sentence
+from exograv.storage.rests_so_far import RestsSoFar
+from exograv.storage.session_checkpoint import CheckedArm
 
 from .participant_keeping import PRESSED
+from .rest_stages import STAGES
 from .sentences import say
 from .view_models import RestLearning, WorkProgress
 
@@ -31,11 +35,17 @@ WORKS_IN = frozenset({Mode.FLOATING, Mode.MOVING})
 LEVEL_WITHIN_S = GRAVITY_LEVEL_S + 3.0
 """Longest ramp of the gravity level to 0 [s]."""
 
+ANNOUNCED_S = 3.0
+"""Shortest announcement on the participant's page before the machine moves the arm [s]."""
+
 ENDS_S = 5.0
 """Time for the thread to end after the run [s]."""
 
 Feel = Callable[[float], str]
 """Function that asks the guard for a gravity level, and returns the reason of a refusal; empty if it is accepted."""
+
+Store = Callable[[CheckedArm], Sentence | None]
+"""Function that writes an arm into the participant's file, and returns a sentence about it; None without a file."""
 
 
 class FlightRests:
@@ -48,6 +58,7 @@ class FlightRests:
         controller: ArmController,
         feel: Feel,
         level: Callable[[], float],
+        store: Store,
     ):
         """Begin without a rest.
 
@@ -57,9 +68,11 @@ class FlightRests:
             controller: Controller of this process, which draws the arm.
             feel: Function that asks the guard for a gravity level.
             level: Function that returns the gravity level that the operator or the protocol has asked for [-].
+            store: Function that writes an arm into the participant's file.
         """
         self._rests, self._description, self._controller = rests, description, controller
         self._feel, self._level, self._is_level_taken = feel, level, False
+        self._store, self._stored = store, rests.checked
         self._running: Running | None = None
         self._is_over, self._thread = threading.Event(), None
         self._targets = tuple(TARGET_NM[place] for place in description.places)
@@ -128,15 +141,18 @@ class FlightRests:
 
     def view(self) -> RestLearning:
         """Learning in the rests, for the pages."""
-        rests, newest = self._rests, self._rests.newest
+        rests = self._rests
         return RestLearning(
             is_active=self.is_active,
             why_not=self.why_not,
             rests=rests.rests,
-            motion_s=0.0 if newest is None else newest.motion_s,
+            left_out=rests.so_far.left_out,
+            motion_s=rests.so_far.motion_s,
             before_Nm=_listed(rests.stated_before_Nm),
             stated_Nm=_listed(rests.stated_Nm),
             target_Nm=self._targets,
+            stage=STAGES[self._phase] if self.is_active else None,
+            moves_s=REST_MOTION_S,
             sentences=self._sentences or (say("rest.help", seconds=f"{REST_MOTION_S:.0f}"),),
         )
 
@@ -155,6 +171,11 @@ class FlightRests:
             left_s=None if self._phase is RestPhase.WEIGHT else (1.0 - share) * self._seconds,
             why=say("work.rest"),
         )
+
+    @property
+    def so_far(self) -> RestsSoFar:
+        """Rests of the session so far."""
+        return replace(self._rests.so_far, rests=self._rests.rests)
 
     def close(self) -> None:
         """End the thread after the run, and the process that learns."""
@@ -190,17 +211,31 @@ class FlightRests:
         """Take the arm's weight, move and learn the arm, and return the weight that the person felt before."""
         begins = say("rest.begins", seconds=f"{REST_MOTION_S:.0f}")
         machine.write("/event", machine.t, {"kind": "rest begins", "text": str(begins)})
+        announced_until = machine.t + ANNOUNCED_S
         if machine.gravity_level > 0.0 or self._level() > 0.0:
             self._take_weight(machine)
+        machine.float_for(announced_until - machine.t, lambda _t, _q: False)
         self._seconds = self._rests.motion_s(machine.q)
         learned = self._rests.perform(machine, self._progress)
         if learned is None:
             self._sentences = (say("rest.process_ended"),)
         else:
-            self._sentences = rest_sentences(learned, self._description)
+            self._sentences = (*rest_sentences(learned, self._description), *self._kept())
         text = " ".join(self._sentences)
         machine.write("/event", machine.t, {"kind": "rest learning", "text": text})
         self._return_weight()
+
+    def _kept(self) -> tuple[Sentence, ...]:
+        """Store a new estimate; return the sentence about it.
+
+        The arm floats: a rest that was stopped before, even with its arm in force, is not stored.
+        """
+        checked = self._rests.checked
+        if checked is None or checked == self._stored:
+            return ()
+        self._stored = checked
+        told = self._store(checked)
+        return () if told is None else (told,)
 
     def _take_weight(self, machine: LiveFloat) -> None:
         """Lead the felt gravity level to 0: only an arm whose whole weight is carried is relaxed.

@@ -6,6 +6,7 @@ import threading
 import time
 import traceback
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,7 @@ from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.ros2.streaming import Streaming
 from exograv.safety.modes import Event, Mode
 from exograv.signals import Reference
+from exograv.storage.rests_so_far import NO_RESTS
 
 from .flight_rests import FlightRests
 from .interface import FlightMoment
@@ -89,6 +91,8 @@ class LiveFlight:
         place = machine_of(options.side)
         self._places = {place.side: place}
         self._next = self._donned(place, options.participant, options.identify_s)
+        self._rests_so_far = options.rests
+        """Rests of the session with the person in the machine, from before the present processes."""
         self._state, self._numbers = ProcessState(self._next, place), itertools.count(1)
         self._answers: dict[int, str] = {}
         self._answered, self._drawing = threading.Condition(), threading.Lock()
@@ -302,7 +306,9 @@ class LiveFlight:
             self._is_asked.clear()
             if self._is_closing:
                 return
-            self._is_ending, who = False, self._next
+            self._is_ending, who, before = False, self._next, self._state
+            is_same = who is before.who or (who.code is not None and who.code in (before.who.code, before.keeping.code))
+            self._rests_so_far = self._rests_so_far if is_same else NO_RESTS
             place = self._places[who.side]
             self._state = state = ProcessState(who, place)
             try:
@@ -331,13 +337,15 @@ class LiveFlight:
     def _flown(self, state: ProcessState, prepared: ControllerKnowledge) -> ProcessState:
         """Run the processes until they end. Return the state that follows: of a failure, or of a machine that waits."""
         flown = self._fly(state, prepared, self._free_path())
+        if state.rests is not None:
+            self._rests_so_far = state.rests.so_far
         state.running = state.rests = None
         if flown is None or self._is_ending:
             return state
         why = state.place.ended(flown)
         if state.is_switched_off and not why:
             late = () if state.has_begun else (say("flight.late_start", seconds=f"{BEGUN_WITHIN_S:g}"),)
-            who = self._donned(state.place, state.keeping.code, state.who.identify_s)
+            who = self._donned(state.place, state.keeping.code or state.who.code, state.who.identify_s)
             return ProcessState(who, state.place, warnings=late)
         state.failure = why or say("flight.recording_over")
         return state
@@ -394,10 +402,14 @@ class LiveFlight:
         self, state: ProcessState, plan: LivePlan, line: OrderLine, stack: contextlib.ExitStack
     ) -> FlightRests | None:
         """Prepare to learn in the rests."""
-        rests, controller = LiveRests(plan.prepared, line, 1e-9 * plan.period_ns), self._controller
+        before, controller = self._rests_so_far, self._controller
+        if state.who.participant is None:
+            before = replace(before, motion_s=0.0)  # The arm is identified anew, from the table.
+        rests = LiveRests(plan.prepared, line, 1e-9 * plan.period_ns, before)
         if controller is None:
             return None
-        made = FlightRests(rests, plan.description, controller, self._felt, lambda: state.level_asked)
+        store = partial(state.keeping.keep_rests, keep=partial(state.place.people.keep_rests, plan.prepared.machine))
+        made = FlightRests(rests, plan.description, controller, self._felt, lambda: state.level_asked, store)
         return stack.enter_context(contextlib.closing(made))
 
     def _streaming(self, state: ProcessState, plan: LivePlan, stack: contextlib.ExitStack) -> Streaming:

@@ -21,6 +21,7 @@ from exograv.options import (
     WornOptions,
 )
 from exograv.results import json_value
+from exograv.storage.rests_so_far import NO_RESTS, RestsSoFar
 
 if TYPE_CHECKING:
     from exograv.task.run_statement import RunStatement  # NumPy: the command line starts without it
@@ -81,6 +82,9 @@ class SteeredOptions(WornOptions):
     run: tyro.conf.Fixed[StatesRun | None] = None
     """Run of a protocol, which each recording states; None without one."""
 
+    rests: tyro.conf.Fixed[RestsSoFar] = NO_RESTS
+    """Rests before the interruption of the session that is resumed; none for a new session."""
+
     windows: tyro.conf.Fixed[int | None] = None
     """Number of windows of a trial; None for a whole protocol."""
 
@@ -95,7 +99,7 @@ class SteeredOptions(WornOptions):
         return {
             name: str(value) if isinstance(value, Path) else value
             for name, value in asdict(self).items()
-            if name not in ("drives", "simulate", "run")
+            if name not in ("drives", "simulate", "run", "rests")
         }
 
     def stated(self) -> Mapping[str, Any]:

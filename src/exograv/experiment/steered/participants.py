@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError
 from exograv.live.arm_worker import LearnedArm
 from exograv.live.learned_person import learned_person
@@ -19,6 +20,8 @@ from exograv.model.assembly import Assembly
 from exograv.model.wearer_form import WearerForm
 from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.options import ParticipantOptions
+from exograv.procedures.identification.participant_session import KeptParticipant, NotKept, ParticipantRun
 from exograv.procedures.identification.warm_start import belief_today
 from exograv.rig import Rig
 from exograv.storage.participant_file import (
@@ -31,6 +34,7 @@ from exograv.storage.participant_file import (
 )
 from exograv.storage.participant_schema import StoredParticipant
 from exograv.storage.self_test_pass import MachineKey
+from exograv.storage.session_checkpoint import CheckedArm
 
 
 @dataclass(frozen=True)
@@ -171,3 +175,34 @@ class ParticipantFiles:
         write_participant(self.folder / f"{code}.toml", whole)
         self._look()
         return code
+
+    def keep_rests(
+        self, machine: CalibratedMachine, code: str | None, learned: CheckedArm, is_of_donning: bool
+    ) -> KeptParticipant | NotKept | None:
+        """Write an arm from rests into the file of a person, as a session in lock-step does; None without a folder.
+
+        Args:
+            machine: Machine as calibrated.
+            code: Code of the person; a random one if absent.
+            learned: Estimate of the arm.
+            is_of_donning: True if the file is of the present donning.
+
+        Raises:
+            ConfigError: The file belongs to another machine or person, or cannot be written.
+        """
+        if self.folder is None:
+            return None
+        code = code or new_code()
+        self.folder.mkdir(parents=True, exist_ok=True)
+        run = ParticipantRun(
+            ParticipantOptions.of_file(self.folder / f"{code}.toml", code),
+            self.assembly,
+            self.machine,
+            self.form.body,
+            datetime.now(UTC).replace(microsecond=0),
+            keep_option="--participants",
+            is_of_donning=is_of_donning,
+        )
+        written = run.keep_learned(learned, machine)
+        self._look()
+        return written

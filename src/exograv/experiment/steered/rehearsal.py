@@ -23,6 +23,7 @@ from exograv.safety.stops import StopReason
 
 from .interface import FlightMoment
 from .learning_help import learning_help
+from .rehearsed_rest import RehearsedRest
 from .requests import DonRequest
 from .sentences import say
 from .view_models import LearnedParameter, Learning, PlotTrace, SkeletonLines, WorkProgress
@@ -68,7 +69,7 @@ class RehearsedFlight:
         self._latch: StopReason | None = None
         self._latched_at = 0.0
         self._level = self._level_asked = 0.0
-        self._agreed_until = -math.inf
+        self._agreed_until, self._rest = -math.inf, RehearsedRest()
         self._swung = deque([(self._t, 0.0)], maxlen=round(SWUNG_S / STEP_S))
         self._scene: SceneDescription | None = None
         self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
@@ -109,6 +110,7 @@ class RehearsedFlight:
                 gravity_level=self._level,
                 arm_share=share,
                 learning=self._learning(),
+                rests=self._rest.view(self._why_no_rest),
             )
 
     def trace(self, since: int) -> PlotTrace:
@@ -162,12 +164,23 @@ class RehearsedFlight:
             self._advance()
             if gravity_level > 1.0 and self._t > self._agreed_until:
                 return say("rehearsal.not_agreed")
+            if self._rest.is_active:
+                return say("rest.runs")
             self._level_asked = gravity_level
             return ""
 
     def learn_in_rest(self) -> str:
-        """Refuse: a rehearsal has no arm to learn in rests."""
-        return say("rehearsal.no_rests")
+        """Show a rest in which a machine would move the arm and learn it."""
+        with self._lock:
+            self._advance()
+            if why := self._rest.view(self._why_no_rest).why_not:
+                return why
+            self._rest.begin(self._t)
+            return ""
+
+    @property
+    def _why_no_rest(self) -> str:
+        return "" if self._is_known and self._modes.mode is Mode.FLOATING else say("rest.unlearned")
 
     def agree(self) -> str:
         """Take the participant's consent as the guard does."""
@@ -182,6 +195,7 @@ class RehearsedFlight:
             if who.side not in (None, self._side):
                 self._calibrated_at, self._calibrating = self._t + CALIBRATED_S, CalibrationProgress(self.now)
             self._participant, self._is_known = who.participant, who.participant is not None
+            self._rest = RehearsedRest()
             self._identify_s, self._moved_s, self._side = who.identify_s, 0.0, who.side or self._side
             return ""
 
@@ -214,13 +228,16 @@ class RehearsedFlight:
             modes.take(event)
         if modes.mode is Mode.FLOATING and not self._is_known:
             modes.take(Event.MOVE)
-        if modes.mode is Mode.MOVING:
+        is_led = self._rest.step(self._t, modes.mode)
+        if self._is_known and is_led != (modes.mode is Mode.MOVING):
+            modes.take(Event.MOVE if is_led else Event.FLOAT)
+        elif modes.mode is Mode.MOVING and not is_led:
             self._moved_s += STEP_S
             self._is_known = self._moved_s >= self._identify_s
             if self._is_known:
                 modes.take(Event.FLOAT)
         if modes.mode in WORN or modes.mode is Mode.OFF:
-            way = self._level_asked - self._level
+            way = (0.0 if self._rest.is_active else self._level_asked) - self._level
             self._level += math.copysign(min(abs(way), STEP_S / GRAVITY_LEVEL_S), way)
         modes.step(STEP_S, 0.0, 0.0)
         # Only an arm that the machine carries moves: a machine that is off must not seem to move.
@@ -246,6 +263,8 @@ class RehearsedFlight:
             text = calibration("calibration.sweep", joint=JOINTS[joint], number=joint + 1, of=len(JOINTS))
             self._calibrating(text, done * len(JOINTS) - joint)
             return self._calibrating.work
+        if (work := self._rest.work()) is not None:
+            return work
         is_moving = self._modes.mode is Mode.MOVING
         return identification_progress(self._learning(), is_moving, self._identify_s, JOINTS, self._v())
 

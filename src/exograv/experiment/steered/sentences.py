@@ -93,10 +93,17 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         ),
         "rest.not_taken": "The machine did not take the arm's whole weight in time.",
         "rest.ended_early": "The motion in the rest ended early, and the arm in force stays: {why}",
+        "rest.stored": "The arm is stored in the file of {person}.",
+        "rest.stored_refuted": (
+            "The file of {person} says that this estimate disagrees with its check. The next session identifies the "
+            "arm again."
+        ),
+        "rest.kept_before": "The participant's file keeps the estimate from before, which is more certain.",
+        "rest.not_stored": "What the rests have shown is not in the participant's file: {why}",
         "rest.unlearned": "Identify or check the arm first. The machine learns in rests from then on.",
         "learning.reached": "All joints are within their targets. No further motion is needed.",
         "rehearsal.not_agreed": "Not agreed yet: the arm may not be pushed down.",
-        "rehearsal.no_rests": "A rehearsal does not learn in rests.",
+        "rehearsal.rest": "The rehearsal shows a rest in which a machine learns the arm. Nothing is measured.",
         "rehearsal.still_down": "The arm is still coming down.",
         "rehearsal.identified": "The arm is identified.",
     }

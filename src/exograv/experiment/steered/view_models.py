@@ -87,7 +87,9 @@ class RestLearning(Settings):
     why_not: SentenceText = ""
     """Reason why the machine cannot learn in a rest now; empty if it can, as far as the machine knows."""
     rests: int = 0
-    """Number of motions."""
+    """Number of motions in this session."""
+    left_out: int = 0
+    """Number of restless motions that the estimate does not use."""
     motion_s: float = 0.0
     """Motion that the estimate uses [s]."""
     before_Nm: tuple[float, ...] = ()
@@ -97,6 +99,10 @@ class RestLearning(Settings):
     target_Nm: tuple[float, ...] = ()
     sentences: tuple[SentenceText, ...] = ()
     """Decision after the last rest, its certainty, and what the operator may do."""
+    stage: Literal["soon", "moves", "holds"] | None = None
+    """Stage of a rest for the participant: before the motion, during it, or the arm is held; absent without a rest."""
+    moves_s: float = 0.0
+    """Duration of the motion that teaches in a rest [s], without the way to its start and back."""
 
 
 class WorkProgress(Settings):

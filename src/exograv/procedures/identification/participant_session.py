@@ -8,6 +8,7 @@ import numpy as np
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.core.interface import Estimate, Outcome
+from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -50,6 +51,7 @@ DISAGREED = (
 )
 
 NOTHING_LEARNED = "Not kept. No rest has given an estimate of a relaxed arm."
+KEPT_BEFORE = "Not kept. The file holds an estimate of this donning that states a smaller residual torque."
 
 
 def motion_needed_s(before: StoredParticipant | None, unknown_s: float = MOTION_S) -> float:
@@ -99,6 +101,8 @@ class ParticipantRun:
     returning: WarmStart | None = None
     keep_option: str = "--keep"
     """Name of the option with the path of the file to write, for error messages."""
+    is_of_donning: bool = False
+    """True if the file holds an estimate of the present donning. A new estimate then counts no further donning."""
     _held_out: HeldOutError | None = None
 
     def __post_init__(self):
@@ -187,7 +191,9 @@ class ParticipantRun:
     def keep_learned(self, learned: CheckedArm | None, machine: CalibratedMachine) -> KeptParticipant | NotKept | None:
         """Write the file with an estimate from rests, if a file was requested; return None otherwise.
 
-        A second call with the same estimate finds the file written. Then it does not count another donning.
+        A second call with the same estimate finds the file written. Then it does not count another donning. An estimate
+        of the same donning is replaced only by one that states a smaller residual torque, or that disagrees with its
+        check, so that the next session does not start from it.
 
         Raises:
             ConfigError: The file cannot be written.
@@ -199,7 +205,18 @@ class ParticipantRun:
             return NotKept(None, NOTHING_LEARNED)
         if before is not None and before.parameters == parameter_rows(self.assembly, *learned.arrays):
             return KeptParticipant.of(path, before)
+        if before is not None and self.is_of_donning and not self._is_to_replace(before, learned):
+            return NotKept(None, KEPT_BEFORE)
         return self._written(path, learned, machine, "recursive", "rests", "")
+
+    def _is_to_replace(self, before: StoredParticipant, learned: CheckedArm) -> bool:
+        """Return True if an estimate of the same donning takes the place of the one in the file."""
+        stated = before.identified.predicted_left_over_Nm
+        if refuted_text(before) or learned.outcome == Outcome.DISAGREES.value or not stated:
+            return True
+        target = np.array([TARGET_NM[place] for place in self.assembly.description.places])
+        new, old = (np.square(np.array(one) / target).sum() for one in (learned.predicted_left_over_Nm, stated))
+        return bool(new < old)
 
     def _written(
         self,
@@ -212,7 +229,7 @@ class ParticipantRun:
     ) -> KeptParticipant:
         identified = Identified(
             at_utc=self.now,
-            donnings=1 if self.before is None else self.before.identified.donnings + 1,
+            donnings=1 if self.before is None else self.before.identified.donnings + (not self.is_of_donning),
             method=method,
             prior_sha256=prior_hash(self.assembly, prior(self.assembly, machine)),
             motion=motion,

@@ -32,6 +32,7 @@ from exograv.model.arm import is_plausible
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Harmonics, Trajectory
+from exograv.storage.rests_so_far import RestsSoFar
 from exograv.storage.session_checkpoint import CheckedArm, KeptArm, KeptRests, KnownPerson
 
 from .estimator_session import Belief, build_method
@@ -124,6 +125,8 @@ class RestLearner:
         self._before_s = 0.0
         """Motion that the belief contains [s], from before an interruption."""
         self._checked: CheckedArm | None = None
+        self._checked_before: CheckedArm | None = None
+        """Estimate for the participant's file before the last rest."""
         self._begin()
         self.kept = self._kept(self._belief, 0.0)
         """State for the checkpoint, as of the last rest."""
@@ -135,9 +138,9 @@ class RestLearner:
         """Continue after an interruption: the estimate so far is the belief, and its samples are gone."""
         learner = cls(model, np.array(person.x), kept.estimate.arrays, muscles)
         learner._start, learner.covariance = BodyTable(*kept.start.arrays), np.array(person.covariance)
-        learner.rests, learner._left_out = kept.rests, kept.left_out
-        learner._is_contradicted, learner._checked = kept.is_contradicted, kept.checked
-        learner._before_s = learner._motion_s = kept.motion_s
+        learner.count_on(RestsSoFar(kept.rests, kept.left_out, kept.motion_s))
+        learner._is_contradicted = kept.is_contradicted
+        learner._checked = learner._checked_before = kept.checked
         learner.kept = kept
         return learner
 
@@ -154,9 +157,21 @@ class RestLearner:
         """Residual torque that the carried arm states [N·m]."""
         return self._prediction.rms(self.covariance)
 
+    @property
+    def so_far(self) -> RestsSoFar:
+        """Number and motion of the rests so far."""
+        return RestsSoFar(self.rests, self._left_out, self._motion_s)
+
+    def count_on(self, before: RestsSoFar) -> None:
+        """Count on from the rests of an earlier part of the session, whose motion the belief contains."""
+        self.rests, self._left_out = before.rests, before.left_out
+        self._before_s = self._motion_s = before.motion_s
+        self.kept = self._kept(self._belief, self._motion_s)
+
     def keep(self, x: Parameters, covariance: Covariance) -> None:
-        """Note that the machine carries these parameters: it refused those of the last rest."""
-        self.x, self.covariance = x, covariance
+        """Note that the machine carries these parameters: it refused those of the last rest, as must the file."""
+        self.x, self.covariance, self._checked = x, covariance, self._checked_before
+        self.kept = self.kept.model_copy(update={"checked": self._checked})
 
     def path(self, dt: float, seconds: float = REST_MOTION_S) -> Trajectory:
         """Return the motion of the coming rest as a table."""
@@ -233,6 +248,7 @@ class RestLearner:
         As after an identification, the file gets an estimate that its check contradicts, with this outcome, so that the
         next session does not start from it; and none of a wearer who does not relax.
         """
+        self._checked_before = self._checked
         if verdict is Verdict.BEGINS_AGAIN:
             self._checked = None
         elif verdict in (Verdict.TAKEN, Verdict.NO_BETTER, Verdict.DISAGREES) and not is_restless(estimate):
