@@ -29,7 +29,7 @@ NEAR_M = 0.05
 shoulder's centre [m]. Assumed: the links of a shoulder have this thickness."""
 ELBOW_LEAST_M = 0.1
 """Least distance of the fourth axis from the point where the first three meet, at which it is the elbow's [m]: shorter
-than any upper arm, and longer than the links of a shoulder."""
+than any upper arm, and longer than the links of a shoulder. Assumed."""
 SAME_M = 0.001
 SHOULDER_AXES = 3
 

@@ -19,7 +19,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.description import RigDescription
 from exograv.procedures.calibration.empty_run import WARMTH_EVENT
-from exograv.recording.joint_states import is_ros_recording, read_joint_states, read_wrenches
+from exograv.recording.joint_states import Wrenches, is_ros_recording, read_joint_states, read_wrenches
 from exograv.recording.lerobot import is_lerobot, read_lerobot
 from exograv.recording.log_columns import NAMES, named_columns
 from exograv.recording.reader import Recording, read_recording
@@ -327,8 +327,26 @@ def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> _Column
     forces = read_wrenches(path)
     if forces is None:
         return _Columns(states.t, states.q, current, none, hung, is_own=False)
-    wrench = np.column_stack([np.interp(states.start_s + states.t, forces.t, column) for column in forces.wrench.T])
+    wrench = _wrench_at(path, forces, states.start_s + states.t)
     return _Columns(states.t, states.q, current, none, hung, is_own=False, wrench=wrench, force_frame=forces.frame)
+
+
+def _wrench_at(path: Path, forces: Wrenches, t: Float[np.ndarray, " tick"]) -> Float[np.ndarray, "tick 6"]:
+    """Interpolate the wrench at times [s]; NaN outside the measurements and in their gaps.
+
+    Raises:
+        RecordingError: Fewer than two measurements lie in the recording.
+    """
+    inside = np.flatnonzero((forces.t >= t[0]) & (forces.t <= t[-1]))
+    if len(inside) < 2:
+        raise RecordingError(
+            f"{path}: {len(inside)} wrenches lie within the time of the joint states. Stamp both by the same clock."
+        )
+    after = np.searchsorted(forces.t, t).clip(1, len(forces.t) - 1)
+    apart, period_s = forces.t[after] - forces.t[after - 1], float(np.median(np.diff(forces.t[inside])))
+    is_silent = (t < forces.t[0]) | (t > forces.t[-1]) | (apart > GAP_PERIODS * period_s)
+    wrench = np.column_stack([np.interp(t, forces.t, column) for column in forces.wrench.T])
+    return np.where(is_silent[:, None], np.nan, wrench)
 
 
 def _of_lerobot(description: RigDescription, path: Path, is_degrees: bool) -> _Columns:
@@ -403,7 +421,7 @@ def _of_csv(description: RigDescription, path: Path, is_degrees: bool) -> _Colum
 
 def _csv_wrench(path: Path, names: Sequence[str], values: Float[np.ndarray, "tick column"]) -> np.ndarray | None:
     """Return the wrench of a force sensor (tick, 6) by its columns; None without them."""
-    force, moment = (named_columns(names, stems, AXES) for stems in (FORCES, MOMENTS))
+    force, moment = (_axis_columns(names, stems) for stems in (FORCES, MOMENTS))
     if force is None:
         if moment is not None:
             raise RecordingError(
@@ -411,6 +429,13 @@ def _csv_wrench(path: Path, names: Sequence[str], values: Float[np.ndarray, "tic
             )
         return None
     return np.hstack([values[:, force], np.zeros((len(values), 3)) if moment is None else values[:, moment]])
+
+
+def _axis_columns(names: Sequence[str], stems: Sequence[str]) -> list[int] | None:
+    """Return the places of the columns of the three axes; numbers do not stand for axes."""
+    found = [named_columns(names, [f"{stem}_{axis}" for stem in stems], None) for axis in AXES]
+    places = [one[0] for one in found if one is not None]
+    return places if len(places) == len(AXES) else None
 
 
 def refuse_wrong_mass(path: Path, masses_kg: Float[np.ndarray, " tick"]) -> None:
