@@ -24,7 +24,8 @@ from exograv.identification.machine_twin.measured_motion import MeasuredMotion, 
 from exograv.model.description import load_rig
 from exograv.procedures.machine_twin.fit_command import fit_and_write
 from exograv.procedures.machine_twin.options import TwinFitOptions
-from exograv.procedures.machine_twin.read_motions import hung_row, read_motions
+from exograv.procedures.machine_twin.read_motions import read_motions
+from exograv.procedures.machine_twin.recorded_columns import hung_row
 
 RIG = load_rig("recupera_like")
 TICKS, PERIOD_S = 5000, 0.001
