@@ -85,17 +85,26 @@ def write_ros_mcap(
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start()
-        channel = writer.register_channel("/joint_states", "cdr", writer.register_schema(KIND, "ros2msg", b""))
-        for stamp, data in _messages(description, motion):
-            writer.add_message(channel, stamp, data, stamp)
+        write_states(writer, description, motion)
         if motion.wrench is not None:
-            forces = writer.register_channel("/wrench", "json", writer.register_schema(STAMPED, "ros2msg", b""))
-            for t, row in zip(motion.t.tolist(), motion.wrench, strict=True):
-                stamp = START_NS + round(1e9 * t)
-                frame = force_frame or description.calibration.mount
-                writer.add_message(forces, stamp, _wrench(stamp, frame, row), stamp)
+            write_wrenches(writer, motion.t, motion.wrench, force_frame or description.calibration.mount)
         writer.finish()
     return path
+
+
+def write_states(writer: Writer, description: RigDescription, motion: MeasuredMotion) -> None:
+    """Write JointState messages with currents as efforts."""
+    channel = writer.register_channel("/joint_states", "cdr", writer.register_schema(KIND, "ros2msg", b""))
+    for stamp, data in _messages(description, motion):
+        writer.add_message(channel, stamp, data, stamp)
+
+
+def write_wrenches(writer: Writer, t: np.ndarray, wrench: np.ndarray, frame: str) -> None:
+    """Write WrenchStamped messages of times [s]."""
+    channel = writer.register_channel("/wrench", "json", writer.register_schema(STAMPED, "ros2msg", b""))
+    for time, row in zip(t.tolist(), wrench, strict=True):
+        stamp = START_NS + round(1e9 * time)
+        writer.add_message(channel, stamp, _wrench(stamp, frame, row), stamp)
 
 
 def _wrench(stamp: int, frame: str, row: np.ndarray) -> bytes:

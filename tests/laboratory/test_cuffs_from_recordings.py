@@ -14,7 +14,8 @@ from exograv.model.description import load_rig
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.machine_twin.fit_command import fit_and_write
 from exograv.procedures.machine_twin.options import TwinFitOptions
-from exograv.procedures.machine_twin.read_motions import ReadRecording, WornMotion
+from exograv.procedures.machine_twin.read_motions import ReadRecording
+from exograv.procedures.machine_twin.recorded_columns import WornMotion
 from exograv.procedures.machine_twin.worn_cuffs import WORN_LEAST_S, worn_cuffs
 from exograv.rig.twin import Disturbances
 from exograv.storage.twin_file import FittedCuffs, read_twin

@@ -1,5 +1,6 @@
 """Inference from a URDF: side of the arm, place of each joint, and meeting point of the shoulder axes."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import repeat
 
@@ -29,7 +30,7 @@ NEAR_M = 0.05
 shoulder's centre [m]. Assumed: the links of a shoulder have this thickness."""
 ELBOW_LEAST_M = 0.1
 """Least distance of the fourth axis from the point where the first three meet, at which it is the elbow's [m]: shorter
-than any upper arm, and longer than the links of a shoulder."""
+than any upper arm, and longer than the links of a shoulder. Assumed."""
 SAME_M = 0.001
 SHOULDER_AXES = 3
 
@@ -119,39 +120,45 @@ def side_of(tree: Tree) -> Side | None:
     return "both" if len(found) == 2 else next(iter(found), None)
 
 
-def arms(tree: Tree) -> list[ArmGuess]:
-    """Infer each arm; in a machine for both, the names of joints contain the side."""
+def arms(tree: Tree, elbows: Collection[str] = ()) -> list[ArmGuess]:
+    """Infer each arm; in a machine for both, the names of joints contain the side.
+
+    The joints `elbows` are known as elbows, whatever their names tell.
+    """
     if side_of(tree) != "both":
-        return [_arm(tree, None, tuple(range(len(tree.joints))))]
+        return [_arm(tree, None, tuple(range(len(tree.joints))), elbows)]
     sides: tuple[ArmSide, ArmSide] = ("right", "left")
     found = []
     for side in sides:
         joints = tuple(i for i, name in enumerate(tree.joint_names) if side in sides_in(name))
         if joints:
-            found.append(_arm(tree, side, joints))
+            found.append(_arm(tree, side, joints, elbows))
     return found
 
 
-def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
+def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...], elbows: Collection[str]) -> ArmGuess:
     poses = body_poses(tree, ca.SX.zeros(len(tree.joints)))
     axes = [np.array(ca.evalf(poses[i].R)) @ tree.joints[i].axis for i in joints]
     points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
     names = [tree.joints[i].name for i in joints]
-    n = _shoulder_axes(names)
-    is_named, is_far = _has_elbow_after_shoulder(names), False
+    named: list[Place | None] = ["elbow" if name in elbows else place_of(name) for name in names]
+    n = _shoulder_axes(named)
+    is_named, is_far = _has_elbow_after_shoulder(named), False
     meeting, apart_m = _foot(axes[0], points[0], points[1]) if n == 1 else None, 0.0
     if n > 1:
         meeting, apart_m = _meeting_point(axes[:n], points[:n], NEAR_M if is_named else MEET_M)
         is_far = n == SHOULDER_AXES < len(names) and meeting is not None and _is_far(axes[n], points[n], meeting)
     centre = _placed_centre(tree, side) if meeting is None else _fixed_link(tree, meeting, side)
-    length = _upper_arm(tree, joints[SHOULDER_AXES - 1 :] if apart_m else joints)
-    places = _places(names, length if meeting is not None else None, is_named or is_far)
+    begin = SHOULDER_AXES - 1 if apart_m else 0
+    length = _upper_arm(tree, joints[begin:], named[begin])
+    is_fourth = meeting is not None and length is not None and names.index(length.joint) == SHOULDER_AXES
+    places = _places(named, is_fourth or is_named or is_far)
     return ArmGuess(side, joints, meeting, apart_m, n, centre, _cuffs(tree, side, joints), length, places)
 
 
-def _has_elbow_after_shoulder(names: list[str]) -> bool:
+def _has_elbow_after_shoulder(named: list[Place | None]) -> bool:
     """Return True if the fourth joint is named as the elbow, and no joint before it as something else."""
-    places = [place_of(name) for name in names[: SHOULDER_AXES + 1]]
+    places = named[: SHOULDER_AXES + 1]
     return len(places) > SHOULDER_AXES and places[-1] == "elbow" and set(places[:-1]) <= {None, "shoulder"}
 
 
@@ -160,23 +167,21 @@ def _is_far(axis: Point, on_axis: Point, meeting: Point) -> bool:
     return float(np.linalg.norm(_foot(axis, on_axis, meeting) - meeting)) >= ELBOW_LEAST_M
 
 
-def _shoulder_axes(names: list[str]) -> int:
+def _shoulder_axes(named: list[Place | None]) -> int:
     """Return the number of joints before the one that is named as the elbow, three at most; three if none is."""
-    places = [place_of(name) for name in names]
-    before = places[: places.index("elbow")] if "elbow" in places else None
+    before = named[: named.index("elbow")] if "elbow" in named else None
     if before is not None and len(before) < SHOULDER_AXES and set(before) <= {"shoulder"}:
         return len(before)
-    return SHOULDER_AXES if len(names) >= SHOULDER_AXES else 0
+    return SHOULDER_AXES if len(named) >= SHOULDER_AXES else 0
 
 
-def _places(names: list[str], upper_arm: Length | None, has_elbow_fourth: bool) -> tuple[PlaceGuess, ...]:
+def _places(named: list[Place | None], has_elbow_fourth: bool) -> tuple[PlaceGuess, ...]:
     """Place of each joint by its name, otherwise by its position in a chain of shoulder, elbow and wrist."""
-    named: list[Place | None] = [place_of(name) for name in names]
     if named == [None]:
         return (ONLY_JOINT,)
-    by_position = _by_position(names, upper_arm, has_elbow_fourth)
+    by_position = _by_position(len(named)) if has_elbow_fourth else [None] * len(named)
     if any(one not in (None, other) for one, other in zip(named, by_position, strict=True)):
-        by_position = [None] * len(names)  # This machine is built in another way.
+        by_position = [None] * len(named)  # This machine is built in another way.
     return tuple(_guess(one, other) for one, other in zip(named, by_position, strict=True))
 
 
@@ -186,13 +191,8 @@ def _guess(named: Place | None, by_position: Place | None) -> PlaceGuess:
     return UNKNOWN if by_position is None else PlaceGuess(by_position, "by its position")
 
 
-def _by_position(names: list[str], upper_arm: Length | None, has_elbow_fourth: bool) -> list[Place | None]:
-    places: list[Place | None] = ["shoulder"] * SHOULDER_AXES
-    is_fourth = upper_arm is not None and names.index(upper_arm.joint) == SHOULDER_AXES
-    if not (is_fourth or has_elbow_fourth):
-        return [None] * len(names)
-    beyond = len(names) - SHOULDER_AXES - 1
-    return [*places, "elbow", *repeat("wrist", beyond)]
+def _by_position(joints: int) -> list[Place | None]:
+    return [*repeat("shoulder", SHOULDER_AXES), "elbow", *repeat("wrist", joints - SHOULDER_AXES - 1)]
 
 
 def _meeting_point(axes: list[Point], points: list[Point], most_m: float) -> tuple[Point | None, float]:
@@ -243,12 +243,11 @@ def _cuffs(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> tuple[s
     return tuple(sorted(placed or called, key=lambda name: tree.frames[name].body))
 
 
-def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
+def _upper_arm(tree: Tree, joints: tuple[int, ...], first: Place | None) -> Length | None:
     """Distance from the shoulder axes to the elbow axis.
 
-    None if the first offset between joints is not along one axis.
+    None if the first offset between joints is not along one axis. `first` is the place by the first joint's name.
     """
-    first = place_of(tree.joints[joints[0]].name)
     # The first joint is no shoulder in a machine that begins at the elbow.
     for i in joints if first == "elbow" or (first is None and len(joints) == 1) else joints[1:]:
         p = tree.joints[i].p_parent_joint

@@ -18,8 +18,6 @@ from exograv.errors import RecordingError
 
 TYPES = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
 WRENCHES = ("geometry_msgs/msg/WrenchStamped", "geometry_msgs/WrenchStamped")
-WRENCH = 6
-"""Components of a wrench: force, then moment."""
 SUFFIXES = (".mcap", ".db3", ".bag")
 """Ends of the names of ROS recordings."""
 
@@ -229,7 +227,7 @@ def _wrench_of_json(message: Mapping[str, Any]) -> tuple[float, str, tuple[float
 def _wrench_fields(cursor: "_Cursor") -> tuple[float, str, tuple[float, ...]]:
     """Return stamp [s], frame, and force and torque of a WrenchStamped."""
     seconds, frame = _header(cursor)
-    return seconds, frame, cursor.fixed_float64s(WRENCH)
+    return seconds, frame, cursor.vector3() + cursor.vector3()
 
 
 def _header(cursor: "_Cursor") -> tuple[float, str]:
@@ -276,9 +274,8 @@ class _Cursor:
         count = self.count(8)
         return self._unpack("d", 8, count) if count else ()
 
-    def fixed_float64s(self, count: int) -> tuple[float, ...]:
-        """Return this many numbers."""
-        return self._unpack("d", 8, count)
+    def vector3(self) -> tuple[float, ...]:
+        return self._unpack("d", 8, 3)
 
     def _unpack(self, kind: str, size: int, count: int) -> tuple[Any, ...]:
         if self.aligned:

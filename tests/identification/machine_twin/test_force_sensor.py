@@ -38,7 +38,7 @@ class Pulled:
 
 @pytest.fixture(scope="module")
 def pulled(exo: Exo) -> Pulled:
-    model = EmptyMachine(exo.description, exo.tree, TWIN_PER_JOINT)
+    model = EmptyMachine(exo.description, exo.tree, TWIN_PER_JOINT, exo.description.calibration.mount)
     t, rng = 0.04 * np.arange(SAMPLES), np.random.default_rng(3)
     rates, sizes = np.array([0.5, 0.7, 0.9, 1.1]), np.array([0.6, 0.3, 0.5, 0.7])
     q = np.array([0.7, 0.4, 0.0, 1.0]) + sizes * np.sin(np.outer(t, rates))

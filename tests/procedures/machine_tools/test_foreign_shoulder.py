@@ -3,11 +3,13 @@
 The files have the forms of exoskeletons that others have published (docs/results/results.md).
 """
 
+import re
 from pathlib import Path
 
 import pytest
 from tests.foreign_machines import FOUR, NAMES, ONE_AXIS, answered, arm, joint, link, robot, task, written
 
+from exograv.errors import ConfigError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
 from exograv.model.urdf_inference import arms
@@ -122,3 +124,32 @@ def test_no_shoulder_is_proposed_for_axes_far_apart_or_without_an_elbow(
 ):
     found = new_rig(NewRigOptions(written(tmp_path, apart(offset, names)), tmp_path / "mine", side="right"))
     assert "wearer.shoulder_centre" in [question.key for question in found.questions]
+
+
+NUMBERED = ("J1", "J2", "J3", "J4")
+
+
+@pytest.mark.usefixtures("without_picture")
+def test_the_elbow_that_is_named_answers_what_numbered_joints_do_not_tell(tmp_path: Path):
+    path = written(tmp_path, apart("0.05 0.02 0", NUMBERED))
+    asked = new_rig(NewRigOptions(path, tmp_path / "asked"))
+    assert len(asked.questions) > 20
+    assert any("--elbow JOINT" in note for note in asked.notes)
+    found = new_rig(NewRigOptions(path, tmp_path / "mine", elbow=("J4",)))
+    assert len(found.questions) <= 10
+    assert not any("--elbow" in note for note in found.notes)
+    answered(found.folder, FOUR)
+    assert checked(found.folder).problems == []
+
+
+def test_numbered_joints_without_limits_whose_elbow_is_named_ask_at_most_fifteen_questions(tmp_path: Path):
+    text = re.sub(r"<limit [^>]*/>", "", apart("0.05 0.02 0", NUMBERED))
+    found = new_rig(NewRigOptions(written(tmp_path, text), tmp_path / "mine", elbow=("J4",)))
+    assert len(found.questions) <= 15
+
+
+def test_an_elbow_that_is_no_joint_of_the_arm_is_refused(tmp_path: Path):
+    path = written(tmp_path, apart("0.05 0.02 0", NUMBERED))
+    with pytest.raises(ConfigError, match="--elbow names J5; joints that move the arm: J1, J2, J3, J4"):
+        new_rig(NewRigOptions(path, tmp_path / "mine", elbow=("J5",)))
+    assert not (tmp_path / "mine").exists()

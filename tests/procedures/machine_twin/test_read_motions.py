@@ -12,7 +12,8 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.description import load_rig
 from exograv.procedures.machine_twin.options import TwinFitOptions
-from exograv.procedures.machine_twin.read_motions import LOWERING_S, hung_row, read_motions
+from exograv.procedures.machine_twin.read_motions import LOWERING_S, read_motions
+from exograv.procedures.machine_twin.recorded_columns import hung_row
 from exograv.recording import RecordingWriter
 
 RIG = load_rig("recupera_like")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.writer import Writer as McapWriter
 from tests.foreign_recordings import (
     by_weight,
     write_csv,
@@ -13,6 +14,8 @@ from tests.foreign_recordings import (
     write_lerobot_csv,
     write_ros_bag,
     write_ros_mcap,
+    write_states,
+    write_wrenches,
 )
 
 from exograv.errors import ConfigError, RecordingError
@@ -21,7 +24,8 @@ from exograv.identification.machine_twin.measured_motion import MeasuredMotion, 
 from exograv.model.description import load_rig
 from exograv.procedures.machine_twin.fit_command import fit_and_write
 from exograv.procedures.machine_twin.options import TwinFitOptions
-from exograv.procedures.machine_twin.read_motions import hung_row, read_motions
+from exograv.procedures.machine_twin.read_motions import read_motions
+from exograv.procedures.machine_twin.recorded_columns import hung_row
 
 RIG = load_rig("recupera_like")
 TICKS, PERIOD_S = 5000, 0.001
@@ -99,6 +103,42 @@ def test_a_frame_that_is_not_that_of_the_sensor_is_refused_before_the_fit(tmp_pa
     path = write_ros_mcap(tmp_path / "ros.mcap", RIG, made, "ft_sensor")
     with pytest.raises(ConfigError, match="at the frame 'ft_sensor', not at 'calibration_mount'"):
         fit_and_write(TwinFitOptions(RIG.name, (path,)), tmp_path)
+
+
+def test_numbers_of_columns_do_not_stand_for_the_axes_of_a_force_sensor(tmp_path: Path):
+    path = WRITERS["csv"](tmp_path, replace(moved(), wrench=np.ones((TICKS, 6))))
+    text = path.read_text()
+    for number, axis in enumerate("xyz", start=1):
+        text = text.replace(f"force_{axis}", f"f{number}", 1).replace(f"moment_{axis}", f"m{number}", 1)
+    path.write_text(text)
+    assert read(path).wrench is None
+
+
+def silenced(path: Path, keep: Callable[[float], bool], later_s: float = 0.0) -> Path:
+    """Write the recording of a force sensor again, with the wrenches of some times only [s], stamped later."""
+    made = moved()
+    times = made.t[[keep(t) for t in made.t.tolist()]]
+    with path.open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start()
+        write_states(writer, RIG, made)
+        write_wrenches(writer, times + later_s, np.ones((len(times), 6)), MOUNT)
+        writer.finish()
+    return path
+
+
+def test_a_pause_of_the_force_sensor_is_no_motion_of_the_machine(tmp_path: Path):
+    path = silenced(tmp_path / "ros.mcap", lambda t: not 2.2 < t < 2.5)
+    (recording,) = read_motions(RIG, [path], {}, is_torque=False)
+    begin, end = recording.motions
+    assert begin.t[-1] == pytest.approx(2.2, abs=2e-3)
+    assert end.t[0] == pytest.approx(2.5, abs=2e-3)
+
+
+def test_a_force_sensor_with_another_clock_is_refused(tmp_path: Path):
+    path = silenced(tmp_path / "ros.mcap", lambda _t: True, later_s=3600.0)
+    with pytest.raises(RecordingError, match="Stamp both by the same clock"):
+        read_motions(RIG, [path], {}, is_torque=False)
 
 
 def test_moments_without_forces_are_refused(tmp_path: Path):

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from exograv.campaigns.faults.options import FaultOptions
 from exograv.cli.shell.base_options import OutFolder, write_json
+from exograv.cli.shell.motion_note import say_twin
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def run_faults_command(options: FaultOptions, common: OutFolder) -> "CampaignFig
     from exograv.cli.shell.terminal import bars
 
     campaign = Campaign(**vars(options), out=common.out)
+    say_twin(campaign.twin)
     with bars() as progress:
         result = run_campaign(campaign, progress)
     show_faults(result)

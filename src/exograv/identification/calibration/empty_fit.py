@@ -121,8 +121,8 @@ class EmptyMachine:
         per_joint: tuple[str, ...] = PER_JOINT,
         force_frame: str | None = None,
     ):
-        """Compile the model; a force sensor measures at `force_frame`, the mount of the calibration if None."""
-        self.description = description
+        """Compile the model; a force sensor measures at `force_frame`, None without one."""
+        self.description, self._has_force_sensor = description, force_frame is not None
         self.prior = data_sheet_prior(description, tree, per_joint)
         self._start_sd = START_SD * usual_friction(description, COULOMB)[0]
         self.batch = compile_model(description, tree, self.prior.layout, force_frame)
@@ -164,6 +164,7 @@ class EmptyMachine:
         for name in ("q", "v", "a", "hung"):
             samples.inputs[name][...] = getattr(sweeps, name).T
         samples.inputs["age"][...] = (t_end - sweeps.t) / AGE_S
+        assert sweeps.wrench is None or self._has_force_sensor, "forces need the frame of their sensor"
         samples.inputs["wrench"][...] = 0.0 if sweeps.wrench is None else sweeps.wrench.T
         return samples
 

@@ -35,16 +35,15 @@ def compile_model(
 
     Arguments: measured position q [rad], v, a, age of the sample before the end [AGE_S], known weights at the mounts
     (mount × weight, all weights of the first mount first) [-], the wrench of a force sensor on the machine (6,)
-    [N, N·m] at `force_frame`, in its axes, and the unknowns theta. The frame is the mount of the calibration if None.
+    [N, N·m] at `force_frame`, in its axes, and the unknowns theta. Without a frame the wrench has no effect.
     """
-    return kernel.compile(
-        kernel.Recipe(_model_function, (description, tree, layout, force_frame or description.calibration.mount)),
-        lanes=0,
-        shared=("theta",),
-    )
+    recipe = kernel.Recipe(_model_function, (description, tree, layout, force_frame))
+    return kernel.compile(recipe, lanes=0, shared=("theta",))
 
 
-def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout, force_frame: str) -> ca.Function:
+def _model_function(
+    description: RigDescription, tree: Tree, layout: EmptyLayout, force_frame: str | None
+) -> ca.Function:
     n, mounts = layout.joints, description.mounts
     q, v, a = (ca.SX.sym(name, n) for name in ("q", "v", "a"))
     age, hung, wrench = ca.SX.sym("age"), ca.SX.sym("hung", len(mounts) * layout.weights), ca.SX.sym("wrench", WRENCH)
@@ -57,9 +56,12 @@ def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout
     for mount, mass in zip(mounts, ca.vertsplit(masses), strict=True):
         frame = tree.frame(mount)
         phi[:, frame.body] += mass * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
-    true_q = ca.SX.sym("true_q", n)
-    pulled = ca.substitute(frame_torque(tree, true_q, force_frame, wrench), true_q, q - unknown["offset"])
-    load = rnea(tree, q - unknown["offset"], v, a, phi, _gravity(theta[layout.tilt])) + unknown["rotor"] * a - pulled
+    true_q = q - unknown["offset"]
+    load = rnea(tree, true_q, v, a, phi, _gravity(theta[layout.tilt])) + unknown["rotor"] * a
+    if force_frame is not None:
+        # A Jacobian needs a symbol for the positions.
+        at = ca.SX.sym("at", n)
+        load -= ca.substitute(frame_torque(tree, at, force_frame, wrench), at, true_q)
     rubbed = friction_by_unknowns(unknown, age, v, load) + _ripple(description, unknown, q, v)
     tau = unknown["inverse_gain"] * (load + rubbed)
     return ca.Function(

@@ -140,7 +140,7 @@ def fit_machine(
 ) -> MachineFit:
     """Fit the twin to recordings of the empty machine, with the data sheet as prior.
 
-    A force sensor in a recording measures at `force_frame`; at the mount of the calibration if None.
+    A force sensor in a recording measures at `force_frame`; None if no recording has one.
 
     Raises:
         IdentificationError: A joint moved too little, or only without torque.

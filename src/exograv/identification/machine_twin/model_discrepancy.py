@@ -37,10 +37,10 @@ TIME_LENGTH_S = 60.0
 """Correlation length over time [s]: motors warm up over some minutes."""
 
 FORCE_SCALE_SD = 0.01
-"""Standard deviation of the scale of a force sensor [-]: data sheets of six-axis sensors state errors of 1 to 2 %."""
+"""Standard deviation of the scale of a force sensor [-]. Assumed."""
 
 FORCE_BIAS_N = 0.3
-"""Standard deviation of the force that a sensor shows after taring, by drift, along each axis [N]."""
+"""Standard deviation of the force that a sensor shows after taring, by drift, along each axis [N]. Assumed."""
 
 SEED = 34
 
@@ -124,7 +124,8 @@ class Considered:
         """Nominal torque by errors of the force sensor of one standard deviation: scale, and force by axis [N·m]."""
         wrench, t_end = self._sweeps.wrench, float(self._sweeps.t[-1])
         assert wrench is not None
-        shifts = [FORCE_SCALE_SD * wrench, *(FORCE_BIAS_N * np.eye(3, wrench.shape[1])[:, None, :] + 0.0 * wrench)]
+        is_measured = (wrench != 0.0).any(axis=1, keepdims=True)  # A recording may have no sensor.
+        shifts = [FORCE_SCALE_SD * wrench, *(is_measured * bias for bias in FORCE_BIAS_N * np.eye(3, wrench.shape[1]))]
         right = self._model.residual(self._sweeps, fit.theta, t_end)
         wrong = [
             self._model.residual(replace(self._sweeps, wrench=wrench + shift), fit.theta, t_end) for shift in shifts

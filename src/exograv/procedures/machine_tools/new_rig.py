@@ -3,7 +3,7 @@
 import re
 import shutil
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,11 @@ from .foreign_file.postures import donning_posture
 from .foreign_file.reading import Converter, read_foreign
 from .options import NewRigOptions
 from .rig_questions import Draft, rig_text
+
+ELBOW_NOTE = (
+    "Neither names nor axes tell the place of every joint. If one of them is the elbow, repeat with --elbow JOINT and "
+    "another --out: most of these questions are then answered."
+)
 
 
 @dataclass(frozen=True)
@@ -52,12 +57,15 @@ def new_rig(options: NewRigOptions, convert: Converter | None = None) -> NewRig:
     missing = missing_limits(robot)
     rotors = rotor_inertias(robot)
     file = Path(f"{options.urdf.name.split('.')[0] or 'machine'}.urdf")
-    notes += _with_frames(robot, file, missing)
+    _refuse_unknown(options.elbow, _tree(robot, file, missing))
+    notes += _with_frames(robot, file, missing, options.elbow)
     tree = _tree(robot, file, missing)
     folder = Path(_name(tree)) if options.out == Path() else options.out
     if folder.exists():
         raise ConfigError(f"{folder} exists already; nothing is overwritten. Give another folder with --out.")
-    found = arms(tree)
+    found = arms(tree, options.elbow)
+    if not options.elbow and any(None in [guess.place for guess in arm.places] for arm in found):
+        notes.append(ELBOW_NOTE)
     geometry = [arm_geometry(tree, arm) for arm in found]
     known = [one for one in geometry if one is not None]
     closing = donning_posture(tree, known) if len(known) == len(found) else None
@@ -79,10 +87,18 @@ def _tree(robot: ElementTree.Element, file: Path, missing: Mapping[str, set[str]
     return tree_of(ElementTree.fromstring(text), file)
 
 
-def _with_frames(robot: ElementTree.Element, file: Path, missing: Mapping[str, set[str]]) -> list[str]:
+def _refuse_unknown(elbows: Sequence[str], tree: Tree) -> None:
+    for name in elbows:
+        if name not in tree.joint_names:
+            raise ConfigError(f"--elbow names {name}; joints that move the arm: {', '.join(tree.joint_names)}.")
+
+
+def _with_frames(
+    robot: ElementTree.Element, file: Path, missing: Mapping[str, set[str]], elbows: Sequence[str]
+) -> list[str]:
     """Add the frames that the file lacks, and let each adjustable length be one coordinate of a joint."""
     tree = _tree(robot, file, missing)
-    found = arms(tree)
+    found = arms(tree, elbows)
     notes: list[str] = []
     if found[0].places == (ONLY_JOINT,):
         notes = [
@@ -99,7 +115,7 @@ def _with_frames(robot: ElementTree.Element, file: Path, missing: Mapping[str, s
         if arm.upper_arm is not None:
             carry_by_body(robot, tree, arm.upper_arm.joint)
     tree = _tree(robot, file, missing)
-    return notes + add_frames(robot, tree, arms(tree))
+    return notes + add_frames(robot, tree, arms(tree, elbows))
 
 
 def _write(folder: Path, files: Mapping[str, str]) -> None:

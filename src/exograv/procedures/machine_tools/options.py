@@ -48,6 +48,9 @@ class NewRigOptions:
     joints: Annotated[Sequence[str], words(lambda text: tuple(text.split(",")))] = ()
     """Joints that move the arm, separated by commas, in place of the inferred ones; every other joint is fixed."""
 
+    elbow: Annotated[Sequence[str], words(lambda text: tuple(text.split(",")))] = ()
+    """Joint of the elbow, if the names of the joints do not tell it; of two arms both, separated by commas."""
+
 
 @dataclass(frozen=True)
 class CheckOptions:

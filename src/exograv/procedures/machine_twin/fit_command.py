@@ -110,7 +110,8 @@ def fit_and_write(
     if options.force_frame is None:
         refuse_other_frame(recordings, force_frame)
     motions = tuple(motion for recording in recordings for motion in recording.motions)
-    found = fit_machine(description, tree, motions, progress, force_frame)
+    has_force_sensor = any(motion.wrench is not None for motion in motions)
+    found = fit_machine(description, tree, motions, progress, force_frame if has_force_sensor else None)
     refuse_reversed_currents(description, found)
     progress("Fitting the cuffs", 0.85)
     cuffs = worn_cuffs(description, calibration_of(description, found.fit).machine, recordings)

@@ -51,7 +51,7 @@ def further_motion(
 
     (gain, gain_sd), (rotor, rotor_sd), (coulomb, _) = of("inverse_gain"), of("rotor"), of("coulomb")
     breakaway_sd, viscous_sd = of("breakaway")[1], of("viscous")[1]
-    has_weight = bool((found.sweeps.hung > 0.0).any() or found.sweeps.wrench is not None)
+    has_reference = bool((found.sweeps.hung > 0.0).any() or found.sweeps.wrench is not None)
     mounts = {sweep.joint: sweep.mount for sweep in description.calibration.sweeps}
     apart = (
         "The encoders of the motors tell the two apart under load: record longer sweeps of it with a known weight"
@@ -67,7 +67,7 @@ def further_motion(
             told.append(
                 f"{start}: record a further sweep of it with a known weight at {mount}, through more of its range, or "
                 "pull at a force sensor so that this joint feels it."
-                if has_weight
+                if has_reference
                 else f"{start}, by the drawings of the links alone: record a sweep of it with a known weight at "
                 f"{mount} (--weight FILE:MOUNT=KG), or pull at a force sensor (columns force_x, force_y, force_z)."
             )

@@ -3,14 +3,11 @@
 All are of the empty machine, but exograv's own may also hold the identification of an arm.
 """
 
-import csv
 import hashlib
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -19,10 +16,12 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.identification.machine_twin.measured_motion import MeasuredMotion
 from exograv.model.description import RigDescription
 from exograv.procedures.calibration.empty_run import WARMTH_EVENT
-from exograv.recording.joint_states import is_ros_recording, read_joint_states, read_wrenches
+from exograv.recording.joint_states import Wrenches, is_ros_recording, read_joint_states, read_wrenches
 from exograv.recording.lerobot import is_lerobot, read_lerobot
-from exograv.recording.log_columns import NAMES, named_columns
 from exograv.recording.reader import Recording, read_recording
+
+from .read_csv import read_csv
+from .recorded_columns import RecordedColumns, WornMotion, hung_row, no_weight, refuse_wrong_mass, torque_per_current
 
 PERIOD_MAX_S = 0.01
 """Largest time between two ticks [s]: the sample filter has a corner of 7 Hz, and the delay is some milliseconds."""
@@ -47,54 +46,11 @@ WORN = frozenset(
 IDENTIFIES = "identify"
 """Phase in which the machine moves a relaxed arm to identify it."""
 
-ASKED_TORQUES = ("tau_commanded", "torque_commanded", "commanded_torque", "tau_cmd", "target_torque", "tau_desired")
-ASKED_CURRENTS = ("current_commanded", "i_commanded", "current_asked", "commanded_current", "i_cmd", "target_current")
-TEMPERATURES = ("temperature", "motor_temperature", "winding_temperature", "temperature_c", "temp")
-MOTOR_POSITIONS = ("q_motor", "motor_position", "actual_motor_q", "motor_q")
-FORCES = ("force", "f", "ft_force", "wrench_force")
-MOMENTS = ("moment", "m", "ft_torque", "wrench_torque")
-"""Names of the columns of a force sensor, which end in `_x`, `_y` and `_z`."""
-
-AXES = "x", "y", "z"
-
-HUNG = ("weight_kg", "hung_kg", "known_weight_kg", "payload_kg")
-"""Names of columns of a CSV recording, without the number or name of the joint."""
-
 VIDEO = ".mp4"
 """Ending of the videos of a LeRobot dataset, which do not belong to the fitted data."""
 
 ANGLE_MOST = 4.0 * np.pi
 """Largest range of a joint that is plausible in radians [rad]."""
-
-MASS_MOST_KG = 100.0
-"""Largest weight that a recording may state [kg]: a larger number is in grams."""
-
-NEEDED = "time, q of each joint, and current or tau of each joint"
-
-
-@dataclass(frozen=True)
-class WornMotion:
-    """Identification of an arm in a recording."""
-
-    wearer: Mapping[str, Any]
-    """Body data of the person, as the recording states them; empty if it does not."""
-
-    period_s: float
-    """Time between two ticks [s]."""
-
-    q: Float[np.ndarray, "tick joint"]
-    """Measured positions [rad]."""
-
-    current: Float[np.ndarray, "tick joint"]
-    """Measured currents [A]."""
-
-    pieces: tuple[tuple[int, int], ...]
-    """First tick and tick after the last one of each piece without a gap."""
-
-    @property
-    def seconds(self) -> float:
-        """Length of all pieces [s]."""
-        return self.period_s * sum(end - begin for begin, end in self.pieces)
 
 
 @dataclass(frozen=True)
@@ -121,26 +77,6 @@ class ReadRecording:
     def seconds(self) -> float:
         """Length of all pieces [s]."""
         return sum(float(motion.t[-1] - motion.t[0]) for motion in self.motions)
-
-
-@dataclass(frozen=True)
-class _Columns:
-    """Columns of a recording as they are stored, one row per tick."""
-
-    t: Float[np.ndarray, " tick"]
-    q: Float[np.ndarray, "tick joint"]
-    current: Float[np.ndarray, "tick joint"]
-    current_asked: Float[np.ndarray, "tick joint"]
-    hung: Float[np.ndarray, "tick hanging"]
-    is_simulated: bool = False
-    q_motor: Float[np.ndarray, "tick joint"] | None = None
-    temperature: Float[np.ndarray, "tick joint"] | None = None
-    worn_s: float = 0.0
-    worn: WornMotion | None = None
-    is_own: bool = True
-    """True for a recording of exograv, which has one row for each command."""
-    wrench: Float[np.ndarray, "tick 6"] | None = None
-    force_frame: str | None = None
 
 
 def read_motions(
@@ -180,20 +116,6 @@ def read_motions(
     return found
 
 
-def hung_row(description: RigDescription, mount: str, mass_kg: float) -> Float[np.ndarray, " hanging"]:
-    """Return a weight at a mount in the form of `Sweeps.hung` [-].
-
-    Raises:
-        ConfigError: The machine has no such mount.
-    """
-    if mount not in description.mounts:
-        raise ConfigError(f"No mount '{mount}' in {description.name}. Mounts: {', '.join(description.mounts)}.")
-    weights = description.calibration.weights_kg
-    row = np.zeros(len(description.mounts) * len(weights))
-    row[description.mounts.index(mount) * len(weights)] = mass_kg / weights[0]
-    return row
-
-
 def _read(
     description: RigDescription, path: Path, weight: tuple[str, float] | None, is_torque: bool, is_degrees: bool
 ) -> ReadRecording:
@@ -202,7 +124,7 @@ def _read(
     if is_lerobot(path):
         columns = _of_lerobot(description, path, is_degrees)
     elif path.suffix.lower() in (".csv", ".txt", ".tsv"):
-        columns = _of_csv(description, path, is_degrees)
+        columns = read_csv(description, path, is_degrees)
     elif is_ros_recording(path) and not _is_ours(path):
         columns = _of_ros(description, path, is_torque)
     else:
@@ -246,7 +168,7 @@ def _is_ours(path: Path) -> bool:
     return b"exograv recording" in head
 
 
-def _of_exograv(description: RigDescription, path: Path) -> _Columns:
+def _of_exograv(description: RigDescription, path: Path) -> RecordedColumns:
     recording = read_recording(path)
     if recording.joints != description.joints:
         raise RecordingError(
@@ -263,8 +185,8 @@ def _of_exograv(description: RigDescription, path: Path) -> _Columns:
     if not np.isfinite(current).any():
         current = tau / description.nominal_gain
     # A calibrated machine converts by its own gains, and both torques of a tick have been converted by the same.
-    gain = _ratio(tau, current, description.nominal_gain) if len(ticks) else description.nominal_gain
-    return _Columns(
+    gain = torque_per_current(tau, current, description.nominal_gain) if len(ticks) else description.nominal_gain
+    return RecordedColumns(
         ticks["t"].copy(), ticks["q_measured"].copy(), current.copy(), ticks["tau_commanded"] / gain,
         _hung(description, recording, ticks["t"]), recording.is_simulated,
         ticks["q_motor"].copy() if np.isfinite(ticks["q_motor"]).any() else None, _warmth(recording, ticks["t"]),
@@ -320,123 +242,53 @@ def _warmth(recording: Recording, t: np.ndarray) -> np.ndarray | None:
     return np.column_stack([np.interp(t, times, column) for column in np.array(rows).T])
 
 
-def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> _Columns:
+def _of_ros(description: RigDescription, path: Path, is_torque: bool) -> RecordedColumns:
     states = read_joint_states(path, description.joints)
     current = states.effort / description.nominal_gain if is_torque else states.effort
-    hung, none = _no_weight(description, len(states.t)), np.full_like(current, np.nan)
+    hung, none = no_weight(description, len(states.t)), np.full_like(current, np.nan)
     forces = read_wrenches(path)
     if forces is None:
-        return _Columns(states.t, states.q, current, none, hung, is_own=False)
-    wrench = np.column_stack([np.interp(states.start_s + states.t, forces.t, column) for column in forces.wrench.T])
-    return _Columns(states.t, states.q, current, none, hung, is_own=False, wrench=wrench, force_frame=forces.frame)
+        return RecordedColumns(states.t, states.q, current, none, hung, is_own=False)
+    wrench = _wrench_at(path, forces, states.start_s + states.t)
+    return RecordedColumns(
+        states.t, states.q, current, none, hung, is_own=False, wrench=wrench, force_frame=forces.frame
+    )
 
 
-def _of_lerobot(description: RigDescription, path: Path, is_degrees: bool) -> _Columns:
+def _wrench_at(path: Path, forces: Wrenches, t: Float[np.ndarray, " tick"]) -> Float[np.ndarray, "tick 6"]:
+    """Interpolate the wrench at times [s]; NaN outside the measurements and in their gaps.
+
+    Raises:
+        RecordingError: Fewer than two measurements lie in the recording.
+    """
+    inside = np.flatnonzero((forces.t >= t[0]) & (forces.t <= t[-1]))
+    if len(inside) < 2:
+        raise RecordingError(
+            f"{path}: {len(inside)} wrenches lie within the time of the joint states. Stamp both by the same clock."
+        )
+    after = np.searchsorted(forces.t, t).clip(1, len(forces.t) - 1)
+    apart, period_s = forces.t[after] - forces.t[after - 1], float(np.median(np.diff(forces.t[inside])))
+    is_silent = (t < forces.t[0]) | (t > forces.t[-1]) | (apart > GAP_PERIODS * period_s)
+    wrench = np.column_stack([np.interp(t, forces.t, column) for column in forces.wrench.T])
+    return np.where(is_silent[:, None], np.nan, wrench)
+
+
+def _of_lerobot(description: RigDescription, path: Path, is_degrees: bool) -> RecordedColumns:
     table, gain = read_lerobot(path, description.joints), description.nominal_gain
     q = np.deg2rad(table.q) if is_degrees else table.q
-    by = gain if table.current is None or table.torque is None else _ratio(table.torque, table.current, gain)
+    by = (
+        gain if table.current is None or table.torque is None else torque_per_current(table.torque, table.current, gain)
+    )
     current = table.current if table.torque is None or table.current is not None else table.torque / gain
     assert current is not None
     asked = table.current_asked
     if asked is None:
         asked = np.full_like(q, np.nan) if table.torque_asked is None else table.torque_asked / by
-    hung = _no_weight(description, len(q))
-    return _Columns(table.t, q, current, asked, hung, temperature=table.temperature, is_own=False)
+    hung = no_weight(description, len(q))
+    return RecordedColumns(table.t, q, current, asked, hung, temperature=table.temperature, is_own=False)
 
 
-def _no_weight(description: RigDescription, ticks: int) -> np.ndarray:
-    return np.zeros((ticks, len(description.mounts) * len(description.calibration.weights_kg)))
-
-
-def _of_csv(description: RigDescription, path: Path, is_degrees: bool) -> _Columns:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            head = stream.readline()
-            dialect = ";" if head.count(";") > head.count(",") else "\t" if "\t" in head else ","
-            names = next(csv.reader([head], delimiter=dialect), [])
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # of a file without numbers, which is refused below
-                values = np.loadtxt(stream, delimiter=dialect, ndmin=2)
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise RecordingError(f"{path} is no CSV with one line of names and numbers below: {error}.") from error
-    if not names or not values.size:
-        raise RecordingError(f"{path} has no row of numbers. Give a CSV with one line of names and numbers below.")
-    if values.shape[1] != len(names):
-        raise RecordingError(
-            f"{path} has {len(names)} names of columns, and {values.shape[1]} columns of numbers. Both must agree."
-        )
-    joints, gain = description.joints, description.nominal_gain
-
-    def group(stems: Sequence[str]) -> np.ndarray | None:
-        places = named_columns(names, stems, joints)
-        return None if places is None else values[:, places]
-
-    time, q, current, tau = named_columns(names, NAMES["time"], None), group(NAMES["positions"]), None, None
-    current, tau = group(NAMES["currents"]), group(NAMES["torques"])
-    there = {"time": time is not None, "q": q is not None, "current or tau": not (current is None and tau is None)}
-    if time is None or q is None or (current is None and tau is None):
-        raise RecordingError(
-            f"{path} lacks {' and '.join(name for name, is_there in there.items() if not is_there)}: needed are "
-            f"{NEEDED}, for the joints {', '.join(joints)}. Columns there: {', '.join(names)}. Name them as "
-            f"q_{joints[0]} or q_1."
-        )
-    used = tau / gain if current is None and tau is not None else current
-    assert used is not None
-    asked_tau, asked = group(ASKED_TORQUES), group(ASKED_CURRENTS)
-    if asked is None:
-        # As in exograv's own recordings, both torques are converted by the same gains.
-        by = gain if current is None or tau is None else _ratio(tau, current, gain)
-        asked = np.full_like(q, np.nan) if asked_tau is None else asked_tau / by
-    hung, q_motor = _no_weight(description, len(q)), group(MOTOR_POSITIONS)
-    weight = named_columns(names, HUNG, None)
-    if weight is not None:
-        masses = values[:, weight[0]]
-        refuse_wrong_mass(path, masses)
-        hung[:] = np.outer(masses, hung_row(description, description.calibration.mount, 1.0))
-    if is_degrees:
-        q, q_motor = np.deg2rad(q), None if q_motor is None else np.deg2rad(q_motor)
-    return _Columns(
-        values[:, time[0]], q, used, asked, hung, q_motor=q_motor, temperature=group(TEMPERATURES), is_own=False,
-        wrench=_csv_wrench(path, names, values),
-    )  # fmt: skip
-
-
-def _csv_wrench(path: Path, names: Sequence[str], values: Float[np.ndarray, "tick column"]) -> np.ndarray | None:
-    """Return the wrench of a force sensor (tick, 6) by its columns; None without them."""
-    force, moment = (named_columns(names, stems, AXES) for stems in (FORCES, MOMENTS))
-    if force is None:
-        if moment is not None:
-            raise RecordingError(
-                f"{path} has moments of a force sensor, but no forces. Name them force_x, force_y and force_z [N]."
-            )
-        return None
-    return np.hstack([values[:, force], np.zeros((len(values), 3)) if moment is None else values[:, moment]])
-
-
-def refuse_wrong_mass(path: Path, masses_kg: Float[np.ndarray, " tick"]) -> None:
-    """Refuse weights that are negative or cannot be kilograms.
-
-    Raises:
-        RecordingError: A mass is not between 0 and `MASS_MOST_KG`.
-    """
-    low, high = float(np.nanmin(masses_kg)), float(np.nanmax(masses_kg))
-    if not 0.0 <= low <= high <= MASS_MOST_KG:
-        raise RecordingError(
-            f"{path}: the weights are {low:g} to {high:g} kg; allowed: 0 to {MASS_MOST_KG:g} kg. Give kilograms."
-        )
-
-
-def _ratio(tau: np.ndarray, current: np.ndarray, nominal: np.ndarray) -> np.ndarray:
-    """Torque per current of each joint by the recording itself; the nominal one where there is no current."""
-    large = (np.abs(current) > 0.1 * np.nanmax(np.abs(current), axis=0)) & np.isfinite(tau)
-    ratio = nominal.copy()
-    for joint, rows in enumerate(large.T):
-        if rows.any():
-            ratio[joint] = np.median(tau[rows, joint] / current[rows, joint])
-    return ratio
-
-
-def _pieces(path: Path, columns: _Columns) -> tuple[MeasuredMotion, ...]:
+def _pieces(path: Path, columns: RecordedColumns) -> tuple[MeasuredMotion, ...]:
     """Divide a recording at its gaps, and put each piece on an even grid of time."""
     t = columns.t
     finite = np.isfinite(columns.q).all(axis=1) & np.isfinite(columns.current).all(axis=1) & np.isfinite(t)
@@ -459,7 +311,7 @@ def _pieces(path: Path, columns: _Columns) -> tuple[MeasuredMotion, ...]:
     return tuple(_even(f"{path.name}, from {t[part[0]]:.1f} s", columns, part, period_s) for part in parts)
 
 
-def _even(name: str, columns: _Columns, part: np.ndarray, period_s: float) -> MeasuredMotion:
+def _even(name: str, columns: RecordedColumns, part: np.ndarray, period_s: float) -> MeasuredMotion:
     t = columns.t[part]
     is_even = np.abs(np.diff(t) - period_s).max() < 0.02 * period_s
     grid = t if is_even else t[0] + period_s * np.arange(int((t[-1] - t[0]) / period_s) + 1)

@@ -18,7 +18,8 @@ from exograv.model.loops import FIT
 from exograv.model.support import assemble
 from exograv.procedures.identification.estimator_session import EstimatorSession
 
-from .read_motions import ReadRecording, WornMotion
+from .read_motions import ReadRecording
+from .recorded_columns import WornMotion
 
 CUFF_ENTRIES = ("cuff_log_stiffness", "cuff_log_rotational_stiffness")
 """Entries of the fit of one arm that are written: translation, then rotation."""
