@@ -21,7 +21,6 @@ from exograv.campaigns.benchmark_identification.stream_replay import replay
 from exograv.campaigns.benchmark_identification.streams import RecordedStream, calibrate, record_stream
 from exograv.campaigns.benchmark_identification.wearer_judge import WearerJudge
 from exograv.identification import methods
-from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Method, Sample, TorqueModel
 from exograv.identification.core.prior import prior
 from exograv.identification.core.setting import Setting
@@ -118,9 +117,8 @@ def known_path(setting: Setting) -> Method:
 
 def certain_ends(setting: Setting) -> Method:
     """Return the method with samples near the ends of the wearer's joints as certain as all others."""
-    model = cast(ArmModel, setting.model).again()
-    model.end_stop_Nm = 0.0
-    return methods.built("recursive", replace(setting, model=model))
+    springs = replace(cast(Springs, setting.springs), end_stops=None)
+    return methods.built("recursive", replace(setting, springs=springs))
 
 
 def _with_path(setting: Setting, factor: float) -> Method:

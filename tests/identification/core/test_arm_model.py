@@ -107,9 +107,9 @@ def test_a_joint_near_its_end_tells_less_the_nearer_it_is(model, expected):
     for elbow in (1.3, 0.5, 0.3, 0.1):
         model.restart()
         model.linearise(Sample(0.0, np.append(Q[:3], elbow), STILL, STILL, STILL), expected)
-        rows.append(model.direction_uncertainty(np.full(4, 30.0)))
+        rows.append(model.end_stop_uncertainty())
     shoulder, elbow = np.array(rows)[:, :3], np.array(rows)[:, 3]
     assert (np.diff(elbow) > 0.0).all()
     assert elbow[0] < 0.05
-    assert elbow[-1] > 1.0
+    assert elbow[-1] > 0.5
     assert shoulder[-1].max() < 0.2 * elbow[-1]

@@ -1,5 +1,6 @@
 """Hidden torque of tissue is separated from weight, stiffness and damping, and is not published."""
 
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -202,3 +203,17 @@ def test_stiffness_and_damping_are_found_beside_tissue_that_yields_and_only_then
     x, sd = learned(samples, None)
     assert x[0] - STIFFNESS > 5 * sd[0]
     assert x[2] - DAMPING > 5 * sd[2]
+
+
+def test_an_end_stop_makes_a_sample_less_certain_and_adds_no_torque():
+    """Its shape is not learned: ranges and curves differ from person to person."""
+    plain = tissue()
+    ended = TissueModel(Joint(), replace(springs(), end_stops=lambda model: np.exp(cast(Joint, model).angle)))
+    x = np.append(TRUTH, np.ones(len(plain.hidden.sd)))
+    for angle in (-3.0, 0.0, 1.0):
+        tau, H = ended.linearise(sample(0.0, angle), x)
+        of_plain = plain.linearise(sample(0.0, angle), x)
+        assert (tau == of_plain[0]).all()
+        assert (H == of_plain[1]).all()
+        assert ended.direction_uncertainty(np.zeros(1)) == pytest.approx(np.exp(angle))
+        assert (plain.direction_uncertainty(np.zeros(1)) == 0.0).all()

@@ -55,11 +55,9 @@ def learn_in_rest(ready: Ready, after_windows: int) -> RestFigures:
     if learned.verdict is Verdict.TAKEN and not is_taken:
         learner.keep(*before)
         learned = replace(learned, verdict=Verdict.IMPLAUSIBLE, stated_Nm=learner.stated_Nm)
-    if is_taken:
+    if is_taken or learned.verdict is Verdict.CONFIRMED:
         ready.person = KnownPerson.of(controller.machine, learner.x, learner.covariance, person.slid_m)
-        pilot.worn.know(learner.x)
-    else:
-        pilot.worn.know(x)
+    pilot.worn.know(learner.x if is_taken else x)
     text = rest_text(learned, controller.assembly.description)
     pilot.progress(text, 1.0)
     if pilot.recording is not None:

@@ -32,10 +32,9 @@ SINGULAR_SD = 1e3
 """Standard deviation of a sample near a singular posture of the arm [N·m]: spring and damping torques have no
 meaning there."""
 
-END_STOP_NM, END_STOP_DEG = 10.0, 8.0
+END_STOP_NM, END_STOP_DEG = 10.0, 5.0
 """Standard deviation of the torque of an end stop at the end of a joint's range [N·m], and angle over which it falls by
-a factor of e [°]. Published curves of passive torque rise by this factor in 4 to 10°, and ranges differ by 10° between
-people (docs/explanation/arm.md)."""
+a factor of e [°]: assumed (docs/explanation/identification.md)."""
 
 STOPPED = "flexion", "abduction", "rotation", "elbow"
 """Freedoms with end stops. Those of forearm and wrist are left out: they are weak."""
@@ -46,9 +45,6 @@ SLOPE_MAX = 0.01
 
 class ArmModel:
     """Model of an arm in a calibrated machine (a `TorqueModel`); parameters in the order of `dynamics.parameters`."""
-
-    end_stop_Nm = END_STOP_NM
-    """Standard deviation of the torque of an end stop at the end of a joint's range [N·m]."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly, self.machine = assembly, machine
@@ -156,21 +152,20 @@ class ArmModel:
         return tau.copy(), derivative.copy(), float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """Return the standard deviation of the torque [N·m]: the whole Coulomb torque at rest, little in clear motion.
+        """Return the standard deviation of the torque [N·m]: the whole Coulomb torque at rest, zero in clear motion.
 
-        Near the end of a joint's range the torque of its end stop is not known. The result is `SINGULAR_SD` if the last
-        sample was near a singular posture or its closure did not converge.
+        It is `SINGULAR_SD` if the last sample was near a singular posture or its closure did not converge.
         """
         if self._is_lost:
             return np.full(self.n_joints, SINGULAR_SD)
         singular = float((np.cos(self._z[self._abductions]) ** 2).min()) < NEAR_SINGULAR
-        return self._coulomb / np.cosh(v / SLOW_V) ** 2 + self._end_stops() + singular * SINGULAR_SD
+        return self._coulomb / np.cosh(v / SLOW_V) ** 2 + singular * SINGULAR_SD
 
-    def _end_stops(self) -> Joints:
+    def end_stop_uncertainty(self) -> Joints:
         """Return the standard deviation of the torque (joint,) by the arm's end stops in the last sample [N·m]."""
         z = self._z[self._stopped]
         inside = np.maximum(np.minimum(z - self._ends[0], self._ends[1] - z), 0.0)
-        return np.abs(self._G[self._stopped]).T @ (self.end_stop_Nm * np.exp(-inside / np.deg2rad(END_STOP_DEG)))
+        return np.abs(self._G[self._stopped]).T @ (END_STOP_NM * np.exp(-inside / np.deg2rad(END_STOP_DEG)))
 
 
 def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:

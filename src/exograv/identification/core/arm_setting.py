@@ -11,7 +11,7 @@ from exograv.model.loops import FIT
 from .arm_model import ArmModel
 from .discrepancy import Discrepancy
 from .hidden_cuffs import Cuffs
-from .interface import Covariance, Parameters, TorqueModel
+from .interface import Covariance, Joints, Parameters, TorqueModel
 from .noise import Noise
 from .path_discrepancy import PathDiscrepancy
 from .prior import disturbance_sd, usual_springs
@@ -42,7 +42,7 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
         machine=of_machine,
         discrepancy=discrepancy,
         path=PathDiscrepancy([shoulder.offset for shoulder in shoulders], assembly.n),
-        springs=Springs(layout.stiffness, layout.spring_offset, _angles, stiffness, neutral, shoulders),
+        springs=Springs(layout.stiffness, layout.spring_offset, _angles, stiffness, neutral, shoulders, _end_stops),
         cuffs=Cuffs(len(assembly.cuffs), lambda model: cast(ArmModel, model).cuff_loads()),
         again=model.again,
     )
@@ -51,3 +51,8 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
 def _angles(model: TorqueModel) -> Float[np.ndarray, " freedom"]:
     """Arm angles of the sample that an arm's model linearised last [rad]."""
     return cast(ArmModel, model).z
+
+
+def _end_stops(model: TorqueModel) -> Joints:
+    """Uncertain torque of the end stops in the sample that an arm's model linearised last (joint,) [N·m]."""
+    return cast(ArmModel, model).end_stop_uncertainty()

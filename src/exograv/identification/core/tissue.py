@@ -81,6 +81,10 @@ class Springs:
     shoulders: tuple[Shoulder, ...] = ()
     """Shoulders of all arms."""
 
+    end_stops: Callable[[TorqueModel], Joints] | None = None
+    """Function that returns the standard deviation of the torque by the ends of the joints' ranges [N·m], for the
+    sample that this model linearised last."""
+
 
 FIXED, TISSUE, CUFFS = -1, 0, 1
 """Groups of hidden parameters. The size of the first is known; those of the others are weighed by the data."""
@@ -157,8 +161,9 @@ class TissueModel:
         self._forget()
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """Return the standard deviation of the torque [N·m], as of the arm model."""
-        return self._model.direction_uncertainty(v)
+        """Return the standard deviation of the torque [N·m]: that of the arm model, and of the end stops."""
+        of_model, end_stops = self._model.direction_uncertainty(v), self._springs.end_stops
+        return of_model if end_stops is None else np.hypot(of_model, end_stops(self._model))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Return the expected torque (joint,) [N·m] and its derivative; call for the samples of a motion in order."""

@@ -76,7 +76,7 @@ class MotionProblem:
             value, by = self._seen(coefficients, seen).merit(passes)
             local = np.einsum("sdjp,sjp->sd", seen.H_by, by.H, optimize=True).reshape(-1, 3, n)
             local[:, 0] += by.q
-            local += np.einsum("sdj,sj->sd", seen.direction_sd_by, by.direction_sd).reshape(-1, 3, n)
+            local[:, 1] += by.direction_sd * seen.direction_sd_by_v
             total, by_motion = total + value / len(self.passes), by_motion + local / len(self.passes)
         return total, sum((table.T @ by_motion[:, k] for k, table in enumerate(tables)), np.zeros(self.shape))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.arm_model import SLOW_V, ArmModel
 from exograv.identification.core.interface import Parameters, Sample
 
 STEP = 1e-3  # rad, rad/s, rad/s²: finite difference; the error by curvature does not matter to the optimiser
@@ -30,12 +30,14 @@ class RegressorTrajectory:
     """Arm angles [rad]."""
 
     direction_sd: Series
-    """Standard deviation of the torque from the uncertain direction of friction and from end stops [N·m]."""
+    """Standard deviation of the torque from the uncertain direction of friction [N·m]."""
+
+    direction_sd_by_v: Series
+    """Derivative of `direction_sd` with respect to the joint's own velocity [N·m·s/rad]."""
 
     H_by: Float[np.ndarray, "sample direction joint parameter"]
     tau_by: Float[np.ndarray, "sample direction joint"]
     z_by: Float[np.ndarray, "sample direction freedom"]
-    direction_sd_by: Float[np.ndarray, "sample direction joint"]
 
 
 def along(
@@ -54,17 +56,19 @@ def along(
             _at(model, x, before + way * (row - before))
         before = row
         rows = [_at(model, x, row)]
+        sd.append(model.direction_uncertainty(row[q.shape[1] : 2 * q.shape[1]]))
         for direction in range(directions):
             moved = row.copy()
             moved[direction] += STEP
             rows.append(_at(model, x, moved))
         if slopes:
             rows[0] = _at(model, x, row)  # the closure has now converged to rounding
-        for column, values in zip((H, tau, z, sd), zip(*rows, strict=True), strict=True):
+        for column, values in zip((H, tau, z), zip(*rows, strict=True), strict=True):
             column.append(np.array(values))
-    every = [np.array(column) for column in (H, tau, z, sd)]
-    by = [(whole[:, 1:] - whole[:, :1]) / STEP for whole in every]
-    return RegressorTrajectory(*(whole[:, 0] for whole in every), *by)
+    H_all, tau_all, z_all, direction_sd = (np.array(column) for column in (H, tau, z, sd))
+    by = [(whole[:, 1:] - whole[:, :1]) / STEP for whole in (H_all, tau_all, z_all)]
+    slope = -2.0 * direction_sd * np.tanh(v / SLOW_V) / SLOW_V
+    return RegressorTrajectory(H_all[:, 0], tau_all[:, 0], z_all[:, 0], direction_sd, slope, *by)
 
 
 def _steps_between(q: Float[np.ndarray, " joint"], goal: Float[np.ndarray, " joint"]) -> Float[np.ndarray, " step"]:
@@ -75,13 +79,7 @@ def _steps_between(q: Float[np.ndarray, " joint"], goal: Float[np.ndarray, " joi
 
 def _at(
     model: ArmModel, x: Parameters, row: Float[np.ndarray, " direction"]
-) -> tuple[
-    Float[np.ndarray, "joint parameter"],
-    Float[np.ndarray, " joint"],
-    Float[np.ndarray, " freedom"],
-    Float[np.ndarray, " joint"],
-]:
-    """Return the regressor, torque, arm angles, and standard deviation of the torque at one sample."""
+) -> tuple[Float[np.ndarray, "joint parameter"], Float[np.ndarray, " joint"], Float[np.ndarray, " freedom"]]:
     q, v, a = row.reshape(3, -1)
     tau, derivative = model.linearise(Sample(0.0, q, v, a, np.zeros_like(q)), x)
-    return derivative.copy(), tau.copy(), model.z.copy(), model.direction_uncertainty(v)
+    return derivative.copy(), tau.copy(), model.z.copy()

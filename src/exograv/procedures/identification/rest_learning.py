@@ -64,6 +64,7 @@ class Verdict(Enum):
     """Decision after a rest; the value is a sentence for the operator."""
 
     TAKEN = "The model of the arm was renewed."
+    CONFIRMED = "The model stays: the new one is not better, and by this rest the model in force is more certain."
     NO_BETTER = "The model stays: the new one is not more certain."
     DISAGREES = "The model stays: the motion contradicts earlier rests. Ask the person to relax, and check the cuffs."
     BEGINS_AGAIN = "The model stays: two rests contradict the earlier ones. Check the cuffs. The machine learns again."
@@ -181,8 +182,9 @@ class RestLearner:
         """Learn from the motion of a rest, and decide which arm is carried from then on.
 
         The new arm is taken if it is plausible, the motion agrees with the estimate from before, and its
-        stated residual torque over the target is smaller, RMS over the axes. A second contradiction in a row begins the
-        estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests; if the
+        stated residual torque over the target, RMS over the axes, is smaller than what the new estimate states of the
+        carried arm. If it is not, the carried arm may still be more certain than before. A second contradiction in a
+        row begins the estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests; if the
         muscles are measured, none is.
         """
         before_Nm = self.stated_Nm
@@ -197,6 +199,8 @@ class RestLearner:
         motion_s = self._motion_s
         if verdict is Verdict.TAKEN and carried.covariance is not None:
             self.x, self.covariance = carried.x, carried.covariance
+        if verdict is Verdict.CONFIRMED:
+            self.covariance = self._of_carried_by(estimate)
         if verdict is Verdict.BEGINS_AGAIN:
             self._forget(samples)
         if verdict is Verdict.RESTLESS:
@@ -237,10 +241,17 @@ class RestLearner:
             return Verdict.IMPLAUSIBLE
         if carried.covariance is None or estimate.covariance is None:
             return Verdict.NO_BETTER
+        arms = carried.covariance, self._of_carried_by(estimate), self.covariance
+        new, stays, before = (np.square(self._prediction.rms(one) / self._target).sum() for one in arms)
+        if new < stays:
+            return Verdict.TAKEN
+        return Verdict.CONFIRMED if stays < before else Verdict.NO_BETTER
+
+    def _of_carried_by(self, estimate: Estimate) -> Covariance:
+        """Mean square error of the carried parameters, as an estimate with covariance states it."""
+        assert estimate.covariance is not None
         away = self.x - estimate.x
-        both = carried.covariance, estimate.covariance + np.outer(away, away)
-        new, old = (np.square(self._prediction.rms(covariance) / self._target).sum() for covariance in both)
-        return Verdict.TAKEN if new < old else Verdict.NO_BETTER
+        return estimate.covariance + np.outer(away, away)
 
     def _note(self, verdict: Verdict, estimate: Estimate, agreement: Agreement | None) -> None:
         """Note what the checkpoint and the participant's file get after a rest.
@@ -251,7 +262,7 @@ class RestLearner:
         self._checked_before = self._checked
         if verdict is Verdict.BEGINS_AGAIN:
             self._checked = None
-        elif verdict in (Verdict.TAKEN, Verdict.NO_BETTER, Verdict.DISAGREES) and not is_restless(estimate):
+        elif verdict in (Verdict.TAKEN, Verdict.CONFIRMED, Verdict.NO_BETTER, Verdict.DISAGREES) and not is_restless(estimate):
             predicted = self._prediction.of(estimate)
             if predicted is not None and estimate.covariance is not None:
                 outcome = self._rule.final(Outcome.TIME_IS_UP, estimate, predicted, agreement)
