@@ -206,7 +206,7 @@ def test_stiffness_and_damping_are_found_beside_tissue_that_yields_and_only_then
 
 
 def test_an_end_stop_makes_a_sample_less_certain_and_adds_no_torque():
-    """Its shape is not learned: ranges and curves differ from person to person."""
+    """Ranges and curves differ from person to person: the shape is not learned."""
     plain = tissue()
     ended = TissueModel(Joint(), replace(springs(), end_stops=lambda model: np.exp(cast(Joint, model).angle)))
     x = np.append(TRUTH, np.ones(len(plain.hidden.sd)))
@@ -214,6 +214,6 @@ def test_an_end_stop_makes_a_sample_less_certain_and_adds_no_torque():
         tau, H = ended.linearise(sample(0.0, angle), x)
         of_plain = plain.linearise(sample(0.0, angle), x)
         assert (tau == of_plain[0]).all()
-        assert (H == of_plain[1]).all()
+        assert (of_plain[1] == H).all()
         assert ended.direction_uncertainty(np.zeros(1)) == pytest.approx(np.exp(angle))
         assert (plain.direction_uncertainty(np.zeros(1)) == 0.0).all()

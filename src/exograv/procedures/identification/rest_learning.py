@@ -72,6 +72,10 @@ class Verdict(Enum):
     IMPLAUSIBLE = "The model stays: the new arm is not plausible. Check the cuffs and the body data."
 
 
+FOR_FILE = frozenset({Verdict.TAKEN, Verdict.CONFIRMED, Verdict.NO_BETTER, Verdict.DISAGREES})
+"""Verdicts after which the participant's file gets the estimate."""
+
+
 @dataclass(frozen=True)
 class RestLearned:
     """Result of one rest."""
@@ -184,8 +188,8 @@ class RestLearner:
         The new arm is taken if it is plausible, the motion agrees with the estimate from before, and its
         stated residual torque over the target, RMS over the axes, is smaller than what the new estimate states of the
         carried arm. If it is not, the carried arm may still be more certain than before. A second contradiction in a
-        row begins the estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the rests; if the
-        muscles are measured, none is.
+        row begins the estimate anew. A restless motion is left out of the estimate, up to `LEFT_OUT_SHARE` of the
+        rests; if the muscles are measured, none is.
         """
         before_Nm = self.stated_Nm
         self.rests += 1
