@@ -3,6 +3,7 @@
     python benchmarks/waits.py identification                  # 60 s of motion, four and seven joints
     python benchmarks/waits.py demo --beside FOLDER            # also the tree in FOLDER; ratios are fair under load
     python benchmarks/waits.py demo --rounds 3
+    python benchmarks/waits.py whole-session                   # 31 windows, by part
     python benchmarks/waits.py session --beside FOLDER         # or faults, benchmark, sweep, study
 
 Each measurement is a process of its own, with its tree first in PYTHONPATH and warm caches: its first run is left out.
@@ -22,7 +23,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,9 @@ OFF_SD = 0.2
 """Distance of the true arm from the prior [standard deviations]; the loops close along the whole motion."""
 
 SAMPLE_S = 0.005
-"""CPU time between two looks at the stack of a demonstration [s]."""
+"""CPU time between two looks at the stack [s]."""
+
+Parts = Sequence[tuple[str, str]]
 
 PARTS = (
     ("report", "recording_report.py:write_report"),
@@ -55,6 +58,17 @@ PARTS = (
     ("examiner", "truth_score.py:"),
 )
 """Parts of a demonstration by the functions on the stack; the first that fits counts."""
+
+SESSION_PARTS = (
+    ("import", "importlib"),
+    ("preparation", "train_command.py:_Training._ready"),
+    ("report and result", "train_command.py:_Training._result"),
+    ("participant", "twin_seat.py:TwinSeat"),
+    ("task and level", "lockstep_screen.py:LockstepScreen._listen"),
+    ("ticks in C", "lockstep_screen.py:LockstepScreen.advance+native_ticks.py:NativeTicks.run"),
+    ("loop in Python", "lockstep_screen.py:LockstepScreen.advance+pilot.py:Pilot.run"),
+)
+"""Parts of a session, likewise. "Ticks in C" contains the few lines of Python around each call."""
 
 
 def main() -> None:
@@ -97,8 +111,8 @@ def _print(found: dict[str, list[dict[str, float]]]) -> None:
         print(f"{part:40s}" + "".join(f"{value:22.3f}" for value in medians) + ratio)
 
 
-def demo() -> dict[str, float]:
-    """CPU of `exograv demo` by part [s], by looking at the stack every `SAMPLE_S` of CPU time."""
+def parts_of(parts: Parts, *words: str) -> dict[str, float]:
+    """CPU of a command by part [s], by looking at the stack every `SAMPLE_S` of CPU time."""
     looks: collections.Counter[str] = collections.Counter()
 
     def look(_signal: int, frame: Any) -> None:
@@ -107,14 +121,14 @@ def demo() -> dict[str, float]:
             names.append(f"{frame.f_code.co_filename}:{frame.f_code.co_qualname}")
             frame = frame.f_back
         stack = " ".join(names)
-        fitting = (part for part, marks in PARTS if all(mark in stack for mark in marks.split("+")))
+        fitting = (part for part, marks in parts if all(mark in stack for mark in marks.split("+")))
         looks[next(fitting, "rest")] += 1
 
     signal.signal(signal.SIGPROF, look)
     signal.setitimer(signal.ITIMER_PROF, SAMPLE_S, SAMPLE_S)
     from exograv.cli import main as command_line
 
-    sys.argv = ["exograv", "demo"]
+    sys.argv = ["exograv", *words]
     try:
         command_line()
     except SystemExit as end:
@@ -122,9 +136,9 @@ def demo() -> dict[str, float]:
             raise
     signal.setitimer(signal.ITIMER_PROF, 0.0)
     cpu_s, all_looks = time.process_time(), sum(looks.values())
-    parts = {part: cpu_s * looks[part] / all_looks for part in dict.fromkeys([*(part for part, _ in PARTS), "rest"])}
+    found = {part: cpu_s * looks[part] / all_looks for part in dict.fromkeys([*(part for part, _ in parts), "rest"])}
     children = os.times().children_user + os.times().children_system
-    return parts | {"other processes": children, "all": cpu_s + children}
+    return found | {"other processes": children, "all": cpu_s + children}
 
 
 def identification() -> dict[str, float]:
@@ -178,6 +192,8 @@ def _identification(rig: str) -> dict[str, float]:
     }
 
 
+SESSION = "run", "train", "--participant", "P-01", "--seed", "3"
+
 COMMANDS = {
     "session": ("run", "train", "--participant", "P-01", "--windows", "4"),
     "faults": ("dev", "faults", "--scenarios", "100", "--strikes", "0", "--processes", "1"),
@@ -211,7 +227,8 @@ def command(*words: str) -> dict[str, float]:
 
 
 MEASUREMENTS: dict[str, Callable[[], dict[str, float]]] = {
-    "demo": demo,
+    "demo": functools.partial(parts_of, PARTS, "demo"),
+    "whole-session": functools.partial(parts_of, SESSION_PARTS, *SESSION, "--windows", "31"),
     "identification": identification,
     **{name: functools.partial(command, *words) for name, words in COMMANDS.items()},
 }

@@ -10,6 +10,7 @@ from tests.console.nominal_console import nominal_knowledge
 from tests.waiting import wait_until
 
 from exograv.cli.recordings.replaying import run_replay
+from exograv.experiment.steered import live_session
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.prepared_machine import PreparedMachine
@@ -146,6 +147,20 @@ def test_it_begins_and_stops_at_an_operators_word_and_is_replayed_to_the_last_bi
     ]
     found = json_value(run_replay(path, None, lambda *_: None, ReplayOverrides()))
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
+
+
+def test_a_level_that_the_guard_takes_after_the_time_out_is_shown_as_the_requested_one(
+    operator: Operator, monkeypatch: pytest.MonkeyPatch
+):
+    operator.float_identified()
+    monkeypatch.setattr(live_session, "ANSWER_WITHIN_S", 0.0)
+    assert "did not answer in time" in operator.act("set_level", gravity_level=0.3).why
+
+    def is_shown() -> bool:
+        operator.desk.keep()
+        return operator.desk.shown().gravity_level_asked == 0.3
+
+    wait_until(is_shown, "the requested level", SOON_S, KEEP_S)
 
 
 def test_an_arm_that_nobody_steers_any_more_is_given_back(operator: Operator):

@@ -95,6 +95,8 @@ class LiveFlight:
         """Rests of the session with the person in the machine, from before the present processes."""
         self._state, self._numbers = ProcessState(self._next, place), itertools.count(1)
         self._answers: dict[int, str] = {}
+        self._levels_asked: dict[int, float] = {}
+        """Gravity levels without an answer of the guard, by number of the request. A late answer counts too."""
         self._answered, self._drawing = threading.Condition(), threading.Lock()
         self._controller: ArmController | None = None
         self._is_closing = self._is_ending = False
@@ -201,14 +203,13 @@ class LiveFlight:
         state = self._state
         if state.rests is not None and state.rests.is_active:
             return say("rest.runs")
-        why = self._felt(gravity_level, ramp_s)
-        if not why:
-            state.level_asked = gravity_level
-        return why
+        number = next(self._numbers)
+        self._levels_asked[number] = gravity_level
+        return self._felt(gravity_level, ramp_s, number)
 
-    def _felt(self, gravity_level: float, ramp_s: float = 0.0) -> str:
+    def _felt(self, gravity_level: float, ramp_s: float = 0.0, number: int | None = None) -> str:
         """Ask the guard for a gravity level. The request is recorded before it is sent, because a replay needs it."""
-        state, number = self._state, next(self._numbers)
+        state, number = self._state, next(self._numbers) if number is None else number
         row = None if state.watching is None else state.watching.newest
         if state.running is not None and row is not None:
             message = {"act": "level", "gravity_level": gravity_level, "ramp_s": ramp_s}
@@ -295,6 +296,9 @@ class LiveFlight:
 
     def _hear(self, word: object) -> None:
         if isinstance(word, GuardReply):
+            level = self._levels_asked.pop(word.number, None)
+            if level is not None and not word.why:
+                self._state.level_asked = level
             with self._answered:
                 self._answers[word.number] = word.why
                 self._answered.notify_all()
@@ -310,6 +314,7 @@ class LiveFlight:
             is_same = who is before.who or (who.code is not None and who.code in (before.who.code, before.keeping.code))
             self._rests_so_far = self._rests_so_far if is_same else NO_RESTS
             place = self._places[who.side]
+            self._levels_asked.clear()
             self._state = state = ProcessState(who, place)
             try:
                 prepared = state.place.prepare()
