@@ -104,6 +104,21 @@ def test_rests_lower_the_bound_and_a_contradiction_keeps_the_carried_arm(model: 
     assert "learns again" in rest_text(contradicted[-1], model.assembly.description)
 
 
+@pytest.mark.long
+def test_an_arm_in_force_that_is_better_than_the_new_one_stays_and_states_less(model: ArmModel):
+    mean, covariance = prior(model.assembly, model.machine)
+    truth = mean + 0.5 * np.sqrt(np.diag(covariance)) * np.random.default_rng(SEED).uniform(-1.0, 1.0, len(mean))
+    learner = RestLearner(model, table_guess(model.assembly, model.machine))
+    learner.learn(of_motion(model.again(), learner, truth, 0))
+    learner.keep(truth, learner.covariance)
+    before = learner.stated_Nm
+    learned = learner.learn(of_motion(model.again(), learner, truth, 1))
+    assert learned.verdict is Verdict.CONFIRMED
+    assert (learner.x == truth).all()
+    assert (learner.stated_Nm < before).all()
+    assert "more certain" in rest_text(learned, model.assembly.description)
+
+
 def test_postures_of_the_check_are_of_the_motion():
     samples = [Sample(t, np.array([t]), np.zeros(1), np.zeros(1), np.zeros(1)) for t in np.arange(0.0, 4.0, 0.1)]
     postures = check_postures(samples)

@@ -266,9 +266,7 @@ class RestLearner:
         self._checked_before = self._checked
         if verdict is Verdict.BEGINS_AGAIN:
             self._checked = None
-        elif verdict in (Verdict.TAKEN, Verdict.CONFIRMED, Verdict.NO_BETTER, Verdict.DISAGREES) and not is_restless(
-            estimate
-        ):
+        elif verdict in FOR_FILE and not is_restless(estimate):
             predicted = self._prediction.of(estimate)
             if predicted is not None and estimate.covariance is not None:
                 outcome = self._rule.final(Outcome.TIME_IS_UP, estimate, predicted, agreement)
