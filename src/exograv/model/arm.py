@@ -36,6 +36,7 @@ ENDS_DEG = {
 """Ends of the range of each freedom [°]: clinical ranges of healthy adults from textbooks, unverified."""
 
 COMFORT_FROM_END_DEG = 15.0
+"""Distance of a relaxed joint from the end of its range [°]: assumed."""
 
 COMFORT_DEG = {
     name: (lower + COMFORT_FROM_END_DEG * (name != "elbow"), upper - COMFORT_FROM_END_DEG)
