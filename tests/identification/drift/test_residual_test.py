@@ -75,10 +75,15 @@ def test_a_descent_needs_a_larger_residual_than_a_message():
     assert test.beyond(0) is not None
 
 
-def test_a_wearer_who_sways_with_six_newton_metres_gives_no_alarm():
+@pytest.mark.parametrize("large_Nm", [1.0, 2.0], ids=["elbow", "shoulder"])
+@pytest.mark.parametrize("hz", [0.3, 0.8, 2.0])
+def test_a_wearer_who_sways_with_six_newton_metres_from_the_first_second_is_not_let_down(hz: float, large_Nm: float):
     t = DT * np.arange(round(300.0 / DT))
-    rows = unrest(300.0, UNREST) + 6.0 * np.sin(2.0 * np.pi * 0.8 * t)[:, None]
-    assert found_s(ResidualTest(NOISE, (TOLD, LARGE)), rows, level=0) is None
+    rows = unrest(300.0, UNREST) + 6.0 * np.sin(2.0 * np.pi * hz * t)[:, None]
+    bounds = TOLD, Bound(np.full(JOINTS, large_Nm), LARGE.mean_s)
+    assert found_s(ResidualTest(NOISE, bounds), rows, level=1) is None
+    if hz > 0.5:
+        assert found_s(ResidualTest(NOISE, bounds), rows, level=0) is None
 
 
 def test_the_size_of_a_slow_torque_is_estimated_from_its_changes_only():

@@ -1,4 +1,4 @@
-"""Sequential test of the residual torque of each joint: is it too large for longer than chance explains?"""
+"""Sequential test of the residual torque of each joint: is it too large for longer than chance or a push explains?"""
 
 from dataclasses import dataclass
 
@@ -24,6 +24,11 @@ BURST = 4.0
 """Largest squared difference in that estimate over its present value [-]. An arm that falls once by a fault is no
 restless wearer."""
 
+LASTS_S = 2.0
+"""Time for which a residual has to stay too large before it gives an alarm [s]. The push of a wearer who moves to and
+fro at 0.25 Hz or faster changes its sign earlier. The estimated size of the slow torque follows such a wearer only
+after many blocks; until then, the threshold of the sum is too low for them."""
+
 USUAL_BLOCKS = 10.0
 """Weight of the assumed size in that estimate, as a number of blocks [-]."""
 
@@ -46,7 +51,7 @@ class ResidualTest:
         """Begin without a sample; the first size of the wearer's slow torque is that of `noise`."""
         self._noise, self._bounds = noise, bounds
         joints = len(noise.sd)
-        self._sums = np.zeros((len(bounds), 2, joints))
+        self._sums, self._lasts_s = np.zeros((2, len(bounds), 2, joints))
         self._since_s, self._total = np.zeros((2, joints)), np.zeros((2, joints))
         self._variance, self._weight = noise.disturbance_sd**2, USUAL_BLOCKS
         self._block, self._block_s, self._before = np.zeros((2, joints)), 0.0, None
@@ -59,7 +64,8 @@ class ResidualTest:
 
     def restart(self) -> None:
         """Begin a new motion. The size of the wearer's slow torque stays known."""
-        self._sums[:] = self._since_s[:] = self._total[:] = 0.0
+        self._sums[:] = self._lasts_s[:] = 0.0
+        self._since_s[:] = self._total[:] = 0.0
         self._block[:], self._block_s, self._before = 0.0, 0.0, None
 
     def take(self, dt: float, residual: Joints, friction: Joints, sd: Joints, may_rise: Bool[np.ndarray, "2 joint"]):
@@ -81,7 +87,8 @@ class ResidualTest:
 
     def beyond(self, level: int) -> int | None:
         """Joint with the clearest alarm at this bound; None if there is none."""
-        share = self._sums[level].max(axis=0) / self._thresholds[level]
+        lasting = np.where(self._lasts_s[level] >= LASTS_S, self._sums[level], 0.0)
+        share = lasting.max(axis=0) / self._thresholds[level]
         joint = int(share.argmax())
         return joint if share[joint] >= 1.0 else None
 
@@ -104,6 +111,7 @@ class ResidualTest:
         for sums, bound in zip(self._sums, self._bounds, strict=True):
             sums += np.where(known, dt * (more - bound.torque_Nm), 0.0)
             np.maximum(sums, 0.0, out=sums)
+        self._lasts_s = np.where(self._sums > 0.0, self._lasts_s + dt, 0.0)
         runs = self._sums.max(axis=0) > 0.0
         self._since_s = np.where(runs, self._since_s + dt, 0.0)
         self._total = np.where(runs, self._total + dt * signed, 0.0)
