@@ -25,9 +25,9 @@ BURST = 4.0
 restless wearer."""
 
 LASTS_S = 2.0
-"""Time for which a residual has to stay too large before it gives an alarm [s]. The push of a wearer who moves to and
-fro at 0.25 Hz or faster changes its sign earlier. The estimated size of the slow torque follows such a wearer only
-after many blocks; until then, the threshold of the sum is too low for them."""
+"""Time for which a residual has to be too large, without an equally large one of the other sign, before it gives an
+alarm [s]. The push of a wearer who moves to and fro at 0.25 Hz or faster changes its sign earlier (assumed). The size
+of the slow torque follows such a wearer only after many blocks; until then, the threshold of the sum is too low."""
 
 USUAL_BLOCKS = 10.0
 """Weight of the assumed size in that estimate, as a number of blocks [-]."""
@@ -51,7 +51,8 @@ class ResidualTest:
         """Begin without a sample; the first size of the wearer's slow torque is that of `noise`."""
         self._noise, self._bounds = noise, bounds
         joints = len(noise.sd)
-        self._sums, self._lasts_s = np.zeros((2, len(bounds), 2, joints))
+        self._sums = np.zeros((len(bounds), 2, joints))
+        self._lasts_s = np.zeros_like(self._sums)
         self._since_s, self._total = np.zeros((2, joints)), np.zeros((2, joints))
         self._variance, self._weight = noise.disturbance_sd**2, USUAL_BLOCKS
         self._block, self._block_s, self._before = np.zeros((2, joints)), 0.0, None
@@ -108,10 +109,12 @@ class ResidualTest:
         more: Float[np.ndarray, "2 joint"],
         known: Bool[np.ndarray, "2 joint"],
     ) -> None:
-        for sums, bound in zip(self._sums, self._bounds, strict=True):
-            sums += np.where(known, dt * (more - bound.torque_Nm), 0.0)
+        for sums, lasts_s, bound in zip(self._sums, self._lasts_s, self._bounds, strict=True):
+            beyond = np.where(known, more - bound.torque_Nm, 0.0)
+            sums += dt * beyond
             np.maximum(sums, 0.0, out=sums)
-        self._lasts_s = np.where(self._sums > 0.0, self._lasts_s + dt, 0.0)
+            has_turned = beyond[::-1] > 0.0
+            lasts_s[:] = np.where((sums > 0.0) & ~has_turned, lasts_s + dt, 0.0)
         runs = self._sums.max(axis=0) > 0.0
         self._since_s = np.where(runs, self._since_s + dt, 0.0)
         self._total = np.where(runs, self._total + dt * signed, 0.0)
